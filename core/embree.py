@@ -1,0 +1,264 @@
+"""Embree, reached through the library that embreex brings: building the acceleration structure and tracing packets.
+
+embreex's own `EmbreeScene.run` traces one ray at a time and knows no instances. The same shared library offers packets,
+instances and shared buffers through Embree's C API (embree4/rtcore.h), and numba kernels can call it: the address of
+each function is given to LLVM under its own name, so that compiled kernels can be cached on disk. Where the library
+cannot be found, `embree_run` puts embreex's own call behind the same names.
+
+Nothing else in Rooks knows Embree.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import importlib.util
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import llvmlite.binding
+import numpy as np
+from numba import types
+
+from .batch import (
+    ACTIVE,
+    GEOMETRY,
+    INSTANCE,
+    INVALID,
+    LANES,
+    LIGHT_WEIGHT,
+    MASK,
+    PACKET,
+    PRIMITIVE,
+    RAY_HIT_ROWS,
+    RAY_ROWS,
+    SHADOW,
+    T_FAR,
+    TRACED,
+    Batch,
+)
+from .errors import RooksError
+from .jit import kernel
+
+_GEOMETRY_TRIANGLE, _GEOMETRY_INSTANCE = 0, 121
+_BUFFER_INDEX, _BUFFER_VERTEX = 0, 1
+_FORMAT_UINT3, _FORMAT_FLOAT3, _FORMAT_FLOAT3X4_ROW_MAJOR = 0x5003, 0x9003, 0x9134
+_SCENE_FLAG_ROBUST = 1 << 2
+_DEVICE_VERSION_MAJOR, _DEVICE_NATIVE_RAY16 = 1, 34
+_RAY_QUERY_COHERENT = 1 << 16
+#: Embree's validity mask of a lane.
+_TRACE, _SKIP = np.uint32(0xFFFFFFFF), np.uint32(0)
+
+_TRACING = ("rtcIntersect1", "rtcOccluded1", "rtcIntersect16", "rtcOccluded16")
+_single = types.void(types.uintp, types.uintp, types.uintp)
+_packet = types.void(types.uintp, types.uintp, types.uintp, types.uintp)
+# The names under which `library` gives the addresses to LLVM.
+_intersect1 = types.ExternalFunction("rooks_rtcIntersect1", _single)
+_occluded1 = types.ExternalFunction("rooks_rtcOccluded1", _single)
+_intersect16 = types.ExternalFunction("rooks_rtcIntersect16", _packet)
+_occluded16 = types.ExternalFunction("rooks_rtcOccluded16", _packet)
+
+
+class Traversal(NamedTuple):
+    """What a kernel needs to trace: the scene and the arguments' addresses, and whether packets are native."""
+
+    scene: int
+    coherent: int
+    incoherent: int
+    packets: bool
+
+
+class PlacedTriangles(NamedTuple):
+    """One entry of the structure: triangles, and where they stand (None: they are in world space already).
+
+    `vertices` (V, 3) float32 and `triangles` (T, 3) uint32 are shared, not copied: they must outlive the structure, and
+    the vertices must be followed by at least 4 more bytes of memory. `matrix` is (3, 4) float32.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    matrix: np.ndarray | None
+    mask: int
+
+
+class EmbreeScene:
+    """An acceleration structure over placed triangles. Entry i is what a hit names as its geometry or instance i."""
+
+    def __init__(self, entries: Sequence[PlacedTriangles], threads: int) -> None:
+        lib = library()
+        self._entries = entries  # keeps the shared buffers alive
+        self._shared: dict[int, int] = {}
+        self._device = lib.rtcNewDevice(f"threads={threads},set_affinity=0".encode())
+        if not self._device:
+            raise RooksError(f"Embree cannot start on this processor (error {lib.rtcGetDeviceError(None)})")
+        self._scene = lib.rtcNewScene(self._device)
+        lib.rtcSetSceneFlags(self._scene, _SCENE_FLAG_ROBUST)
+        for index, entry in enumerate(entries):
+            geometry = self._triangles(entry) if entry.matrix is None else self._instance(entry)
+            lib.rtcSetGeometryMask(geometry, entry.mask)
+            lib.rtcCommitGeometry(geometry)
+            lib.rtcAttachGeometryByID(self._scene, geometry, index)
+            lib.rtcReleaseGeometry(geometry)
+        lib.rtcCommitScene(self._scene)
+        error = lib.rtcGetDeviceError(self._device)
+        if error:
+            raise RooksError(f"Embree could not build the scene (error {error}; 4 is out of memory)")
+        # RTCIntersectArguments: flags, then a feature mask of all ones; every pointer null.
+        self._arguments = np.zeros((2, 16), np.uint32)
+        self._arguments[:, 1] = INVALID
+        self._arguments[0, 0] = _RAY_QUERY_COHERENT
+        coherent, incoherent = (int(row.ctypes.data) for row in self._arguments)
+        packets = lib.rtcGetDeviceProperty(self._device, _DEVICE_NATIVE_RAY16) == 1
+        self.traversal = Traversal(self._scene, coherent, incoherent, packets)
+
+    def close(self) -> None:
+        """Give the memory back. The structure must not be traced after that."""
+        lib = library()
+        for scene in (self._scene, *self._shared.values()):
+            lib.rtcReleaseScene(scene)
+        lib.rtcReleaseDevice(self._device)
+
+    def _triangles(self, entry: PlacedTriangles) -> int:
+        lib = library()
+        geometry = lib.rtcNewGeometry(self._device, _GEOMETRY_TRIANGLE)
+        for kind, form, array in (
+            (_BUFFER_VERTEX, _FORMAT_FLOAT3, entry.vertices),
+            (_BUFFER_INDEX, _FORMAT_UINT3, entry.triangles),
+        ):
+            lib.rtcSetSharedGeometryBuffer(geometry, kind, 0, form, array.ctypes.data, 0, 12, len(array))
+        return geometry
+
+    def _instance(self, entry: PlacedTriangles) -> int:
+        lib = library()
+        key = entry.triangles.ctypes.data
+        if key not in self._shared:
+            shared = self._shared[key] = lib.rtcNewScene(self._device)
+            lib.rtcSetSceneFlags(shared, _SCENE_FLAG_ROBUST)
+            geometry = self._triangles(entry)
+            lib.rtcCommitGeometry(geometry)
+            lib.rtcAttachGeometryByID(shared, geometry, 0)
+            lib.rtcReleaseGeometry(geometry)
+            lib.rtcCommitScene(shared)
+        geometry = lib.rtcNewGeometry(self._device, _GEOMETRY_INSTANCE)
+        lib.rtcSetGeometryInstancedScene(geometry, self._shared[key])
+        lib.rtcSetGeometryTransform(geometry, 0, _FORMAT_FLOAT3X4_ROW_MAJOR, entry.matrix.ctypes.data)
+        return geometry
+
+
+@functools.cache
+def library() -> ctypes.CDLL:
+    """Embree's C functions, ready to call from Python, and those that trace made known to LLVM.
+
+    Raises:
+        RooksError: embreex is not installed, or brings another major version of Embree.
+    """
+    path = library_path()
+    # On Linux, Blender's own programs load another Embree for all to see; ours must bind to itself.
+    lib = ctypes.CDLL(str(path), mode=getattr(os, "RTLD_DEEPBIND", 0) | getattr(os, "RTLD_NOW", 0))
+    pointer, number = ctypes.c_void_p, ctypes.c_uint
+    signatures = {
+        "rtcNewDevice": (pointer, [ctypes.c_char_p]),
+        "rtcReleaseDevice": (None, [pointer]),
+        "rtcGetDeviceError": (ctypes.c_int, [pointer]),
+        "rtcGetDeviceProperty": (ctypes.c_ssize_t, [pointer, ctypes.c_int]),
+        "rtcNewScene": (pointer, [pointer]),
+        "rtcReleaseScene": (None, [pointer]),
+        "rtcSetSceneFlags": (None, [pointer, ctypes.c_int]),
+        "rtcCommitScene": (None, [pointer]),
+        "rtcNewGeometry": (pointer, [pointer, ctypes.c_int]),
+        "rtcReleaseGeometry": (None, [pointer]),
+        "rtcCommitGeometry": (None, [pointer]),
+        "rtcSetGeometryMask": (None, [pointer, number]),
+        "rtcAttachGeometryByID": (None, [pointer, pointer, number]),
+        "rtcSetGeometryInstancedScene": (None, [pointer, pointer]),
+        "rtcSetGeometryTransform": (None, [pointer, number, ctypes.c_int, pointer]),
+        "rtcSetSharedGeometryBuffer": (
+            None,
+            [pointer, ctypes.c_int, number, ctypes.c_int, pointer, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_size_t],
+        ),
+    }
+    for name, (result, arguments) in signatures.items():
+        function = getattr(lib, name)
+        function.restype, function.argtypes = result, arguments
+    for name in _TRACING:
+        address = ctypes.cast(getattr(lib, name), ctypes.c_void_p).value
+        llvmlite.binding.add_symbol(f"rooks_{name}", address)
+    return lib
+
+
+def library_path() -> Path:
+    """Where embreex keeps its Embree: beside it on Linux and Windows, inside it on macOS."""
+    spec = importlib.util.find_spec("embreex")
+    if spec is None or spec.origin is None:
+        raise RooksError("embreex is not installed: it brings Embree, which traces the rays")
+    package = Path(spec.origin).parent
+    pattern = {"win32": "embree4*.dll", "darwin": "libembree4*.dylib"}.get(sys.platform, "libembree4*.so*")
+    for folder in (package.parent / "embreex.libs", package / ".dylibs", package):
+        for path in sorted(folder.glob(pattern)):
+            return path
+    raise RooksError(f"embreex in {package} brings no Embree 4 library")
+
+
+@kernel
+def intersect_coherent(batch: Batch, traversal: Traversal, mask: int, packets: int) -> None:
+    """Find the nearest hit of each active lane among what `mask` can see, the rays of a packet being neighbours."""
+    if not traversal.packets:
+        intersect_incoherent(batch, traversal, mask, packets)
+        return
+    memory = batch.bits.ctypes.data
+    for p in range(packets):
+        at = p * PACKET
+        for i in range(at, at + LANES):
+            batch.bits[i + TRACED] = _TRACE if batch.floats[i + ACTIVE] > 0 else _SKIP
+            batch.bits[i + MASK] = np.uint32(mask)
+            batch.bits[i + PRIMITIVE] = INVALID
+            batch.bits[i + GEOMETRY] = INVALID
+            batch.bits[i + INSTANCE] = INVALID
+        _intersect16(memory + (at + TRACED) * 4, traversal.scene, memory + at * 4, traversal.coherent)
+
+
+@kernel
+def intersect_incoherent(batch: Batch, traversal: Traversal, mask: int, packets: int) -> None:
+    """Find the nearest hit of each active lane one by one: faster than packets where rays scatter."""
+    bits, ray = batch.bits, batch.ray_bits
+    for p in range(packets):
+        at = p * PACKET
+        for i in range(at, at + LANES):
+            bits[i + PRIMITIVE] = INVALID
+            if batch.floats[i + ACTIVE] > 0:
+                bits[i + MASK] = np.uint32(mask)
+                bits[i + GEOMETRY] = INVALID
+                bits[i + INSTANCE] = INVALID
+                for row in range(RAY_HIT_ROWS):
+                    ray[row] = bits[i + row * LANES]
+                _intersect1(traversal.scene, ray.ctypes.data, traversal.incoherent)
+                for row in range(T_FAR // LANES, RAY_HIT_ROWS):
+                    bits[i + row * LANES] = ray[row]
+
+
+@kernel
+def occluded_coherent(batch: Batch, traversal: Traversal, mask: int, packets: int) -> None:
+    """Set T_FAR of each shadow ray that carries light and is blocked by what `mask` can see to minus infinity."""
+    bits, ray, memory = batch.bits, batch.ray_bits, batch.bits.ctypes.data
+    for p in range(packets):
+        at = p * PACKET
+        lit = _SKIP
+        for i in range(at, at + LANES):
+            trace = _TRACE if batch.floats[i + LIGHT_WEIGHT] > 0 else _SKIP
+            bits[i + TRACED] = trace
+            bits[i + SHADOW + MASK] = np.uint32(mask)
+            lit |= trace
+        if lit == _SKIP:
+            continue
+        if traversal.packets:
+            _occluded16(memory + (at + TRACED) * 4, traversal.scene, memory + (at + SHADOW) * 4, traversal.coherent)
+        else:
+            for i in range(at, at + LANES):
+                if bits[i + TRACED] == _TRACE:
+                    for row in range(RAY_ROWS):
+                        ray[row] = bits[i + SHADOW + row * LANES]
+                    _occluded1(traversal.scene, ray.ctypes.data, traversal.incoherent)
+                    bits[i + SHADOW + T_FAR] = ray[T_FAR // LANES]

@@ -1,0 +1,111 @@
+"""The film: where samples become pixels.
+
+Each pixel's samples are added up in their own order, in float64, so that the sums do not depend on how the samples were
+cut into batches, tiles or threads.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from .batch import ALPHA, DEPTH, NORMAL, PACKET, RADIANCE, Batch, Y, Z
+from .jit import kernel
+
+#: The passes and their channels' names, in the order in which Blender's multilayer EXR has them.
+PASSES = {
+    "Combined": ("R", "G", "B", "A"),
+    "Depth": ("Z",),
+    "Normal": ("X", "Y", "Z"),
+    "Sampling Error": ("R", "G", "B"),
+}
+
+
+@dataclass
+class Film:
+    """A finished picture, or the part of it that was done when it was cancelled.
+
+    `passes` maps each name in `PASSES` to float32 (height, width, channels), bottom row first. Combined is scene-linear
+    Rec.709 with premultiplied alpha; Depth is in metres along the view axis; Normal is the mean of the world-space
+    shading normals; Sampling Error is the standard error that the pixel's mean would have if its samples were
+    independent: exact for random samples, an upper bound for stratified ones, 0 where there is but one sample.
+    `x` and `y` are the lower left pixel of the film in the full frame. `dropped_samples` counts samples that were not
+    finite numbers: they are left out of the mean.
+    """
+
+    x: int
+    y: int
+    width: int
+    height: int
+    samples: int
+    passes: dict[str, np.ndarray] = field(default_factory=dict)
+    setup_seconds: float = 0.0
+    seconds: float = 0.0
+    dropped_samples: int = 0
+    cancelled: bool = False
+
+    def __post_init__(self) -> None:
+        for name, channels in PASSES.items():
+            self.passes.setdefault(name, np.zeros((self.height, self.width, len(channels)), np.float32))
+
+    @property
+    def samples_per_second(self) -> float:
+        return self.width * self.height * self.samples / self.seconds if self.seconds else 0.0
+
+
+class TileSums(NamedTuple):
+    """Running sums of a tile's pixels, in the order of its blocks."""
+
+    count: np.ndarray  # (pixels,) samples that were finite
+    combined: np.ndarray  # (pixels, 4)
+    squares: np.ndarray  # (pixels, 3)
+    normal: np.ndarray  # (pixels, 3)
+    depth: np.ndarray  # (pixels,) of the pixel's first sample: a mean over an edge would be the depth of nothing
+
+
+def new_tile_sums(pixels: int) -> TileSums:
+    return TileSums(
+        np.zeros(pixels), np.zeros((pixels, 4)), np.zeros((pixels, 3)), np.zeros((pixels, 3)), np.zeros(pixels)
+    )
+
+
+@kernel
+def add_samples(sums: TileSums, batch: Batch, opaque: bool, first: int, samples: int, count: int) -> None:
+    """Add a batch's samples, numbered from `first` through the tile with `samples` per pixel."""
+    f = batch.floats
+    for done in range(count):
+        i = (done >> 4) * PACKET + (done & 15)
+        pixel, number = divmod(first + done, samples)
+        if number == 0:
+            sums.depth[pixel] = f[i + DEPTH]
+        r, g, b = f[i + RADIANCE], f[i + RADIANCE + Y], f[i + RADIANCE + Z]
+        if not math.isfinite(r + g + b):
+            continue
+        sums.count[pixel] += 1
+        sums.combined[pixel, 0] += r
+        sums.combined[pixel, 1] += g
+        sums.combined[pixel, 2] += b
+        sums.combined[pixel, 3] += 1 if opaque else f[i + ALPHA]
+        sums.squares[pixel, 0] += np.float64(r) * r
+        sums.squares[pixel, 1] += np.float64(g) * g
+        sums.squares[pixel, 2] += np.float64(b) * b
+        sums.normal[pixel, 0] += f[i + NORMAL]
+        sums.normal[pixel, 1] += f[i + NORMAL + Y]
+        sums.normal[pixel, 2] += f[i + NORMAL + Z]
+
+
+def develop(sums: TileSums) -> dict[str, np.ndarray]:
+    """The passes of a tile's pixels, float32 (pixels, channels), in the order of its blocks."""
+    count = np.maximum(sums.count, 1)[:, None]
+    combined = sums.combined / count
+    variance = np.maximum(sums.squares / count - combined[:, :3] ** 2, 0) / np.maximum(count - 1, 1)
+    passes = {
+        "Combined": combined,
+        "Depth": sums.depth[:, None],
+        "Normal": sums.normal / count,
+        "Sampling Error": np.sqrt(variance),
+    }
+    return {name: values.astype(np.float32) for name, values in passes.items()}

@@ -1,0 +1,62 @@
+"""How kernels are compiled: numba's options in one place, and a compile cache that cannot go stale.
+
+numba decides from a function's own file whether its cached machine code is still good, so an edit to a helper in
+another file would go unseen. The cache therefore lives in a folder named after the contents of all of `core/`.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numba
+from numba.core import config
+
+#: LLVM may fuse and reorder, but must keep NaN and infinity: a degenerate triangle has to stay recognisable.
+FAST_MATH = {"contract", "reassoc", "nsz", "arcp"}
+
+
+@functools.cache
+def cache_folder() -> Path:
+    """The folder of compiled kernels: below `ROOKS_CACHE_DIR`, else the user's cache folder, else a temporary one."""
+    digest = hashlib.blake2b(digest_size=8)
+    for source in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(source.read_bytes())
+    bases = [Path(tempfile.gettempdir()) / "rooks-cache"]
+    if "HOME" in os.environ or os.name == "nt":
+        bases.insert(0, Path.home() / ".cache" / "rooks")
+    if "ROOKS_CACHE_DIR" in os.environ:
+        bases.insert(0, Path(os.environ["ROOKS_CACHE_DIR"]))
+    for base in bases:
+        folder = base / digest.hexdigest()
+        if _can_write(folder):
+            return folder
+    return Path(tempfile.mkdtemp(prefix="rooks-cache-"))
+
+
+def kernel(function: Callable) -> Callable:
+    """Compile a function that loops over arrays: releases the GIL, and is cached on disk."""
+    # Other users of numba in the same Blender keep their own folder.
+    before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder())
+    try:
+        return numba.njit(nogil=True, cache=True, _nrt=False, error_model="numpy", fastmath=FAST_MATH)(function)
+    finally:
+        config.CACHE_DIR = before
+
+
+def device(function: Callable) -> Callable:
+    """Compile a small function that kernels call for one sample; it is always inlined, and cached with its caller."""
+    return numba.njit(nogil=True, forceinline=True, _nrt=False, error_model="numpy", fastmath=FAST_MATH)(function)
+
+
+def _can_write(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False

@@ -1,0 +1,327 @@
+"""The scene as kernels read it: flat arrays, re-centred so that float32 holds it, and Embree's structure over them.
+
+A mesh that stands in the world once is stored in world space and traced directly; one that stands there more often is
+stored once in its own space, and traced through instances. "World space" inside the renderer is the world moved so
+that the middle of the scene lies at the origin: float32 has 24 bits, and a scene far from the origin would lose them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from .embree import EmbreeScene, PlacedTriangles
+from .errors import SceneError
+from .scene import DEFAULT_GREY, Checker, Color, ImageTexture, Instance, Material, Mesh, Scene, Texture
+
+#: "This mesh has none", in the offset arrays of `SceneArrays`.
+NONE = -1
+
+CONSTANT, CHECKER, IMAGE_LINEAR, IMAGE_SRGB_BYTES = 0, 1, 2, 3
+UV, GENERATED, OBJECT = 0, 1, 2
+REPEAT, MIRROR, EXTEND, CLIP = 0, 1, 2, 3
+_COORDINATES = {"uv": UV, "generated": GENERATED, "object": OBJECT}
+_EXTENSIONS = {"repeat": REPEAT, "mirror": MIRROR, "extend": EXTEND, "clip": CLIP}
+
+
+class SceneArrays(NamedTuple):
+    """Geometry, placements, materials and textures for kernels. Sizes: M meshes, P placements, K materials."""
+
+    vertices: np.ndarray  # (V, 3)
+    triangles: np.ndarray  # (T, 3) uint32, into the mesh's own vertices
+    corner_normals: np.ndarray  # (N, 3, 3), of the smooth meshes
+    uvs: np.ndarray  # (U, 3, 2), of the meshes that have them
+    slots: np.ndarray  # (S,) uint16, of the meshes with several materials
+    first_vertex: np.ndarray  # (M,) int64, and so on: where a mesh's part begins, or NONE
+    first_triangle: np.ndarray
+    first_normal: np.ndarray
+    first_uv: np.ndarray
+    first_slot: np.ndarray
+    mesh: np.ndarray  # (P,) int64
+    instanced: np.ndarray  # (P,) bool: the mesh is in its own space
+    handedness: np.ndarray  # (P,) float32: -1 where a mirroring matrix turned the triangles inside out
+    to_world: np.ndarray  # (P, 3, 4) float32, re-centred; of instanced placements
+    normal_to_world: np.ndarray  # (P, 3, 3)
+    to_object: np.ndarray  # (P, 3, 4): from world space, or from the mesh's own where instanced
+    to_generated: np.ndarray  # (P, 3, 4): likewise
+    first_material: np.ndarray  # (P,) int64 into `materials`
+    materials: np.ndarray  # int64: the material of each slot of each placement
+    last_slot: np.ndarray  # (P,) int64
+    albedo: np.ndarray  # (K, 3)
+    albedo_texture: np.ndarray  # (K,) int64 into the textures, or NONE
+    emission: np.ndarray  # (K, 3): strength included; multiplies the texture where there is one
+    emission_texture: np.ndarray
+    emits: np.ndarray  # (K,) bool
+    texture_kind: np.ndarray  # (X,) CHECKER, ...
+    texture_space: np.ndarray  # (X,) UV, ...
+    texture_color1: np.ndarray  # (X, 3)
+    texture_color2: np.ndarray
+    texture_scale: np.ndarray  # (X,)
+    texture_size: np.ndarray  # (X, 2) int64: width, height
+    texture_extension: np.ndarray  # (X,) REPEAT, ...
+    texture_smooth: np.ndarray  # (X,) bool: linear interpolation
+    texture_first: np.ndarray  # (X,) int64 into the pixels
+    pixels: np.ndarray  # (Q, 3) float32
+    bytes: np.ndarray  # (Q, 3) uint8
+
+
+@dataclass(frozen=True)
+class PackedScene:
+    """`arrays` and `embree` for kernels; `center` (3,) float64 is what has to be subtracted from world positions."""
+
+    arrays: SceneArrays
+    embree: EmbreeScene
+    center: np.ndarray
+    has_emission: bool
+
+
+def pack_scene(scene: Scene, threads: int) -> PackedScene:
+    """Check `scene`, flatten it and build Embree's structure with `threads` threads.
+
+    Raises:
+        SceneError: an array has the wrong shape, or numbers that are not finite.
+    """
+    instances = [instance for instance in scene.instances if len(instance.mesh.triangles)]
+    meshes = list({id(instance.mesh): instance.mesh for instance in instances}.values())
+    for mesh in meshes:
+        _check_mesh(mesh)
+    for instance in instances:
+        if not np.isfinite(instance.matrix).all():
+            raise SceneError(f"{_name(instance)}: its matrix holds numbers that are not finite")
+    center = _center(instances)
+    uses = Counter(id(instance.mesh) for instance in instances)
+    alone = {id(instance.mesh): instance for instance in instances if uses[id(instance.mesh)] == 1}
+
+    geometry, parts = _pack_meshes(meshes, alone, center)
+    placements = _pack_placements(instances, meshes, alone, center)
+    materials, textures = _pack_materials(placements.pop("material_list"))
+    arrays = SceneArrays(**geometry, **placements, **materials, **textures)
+    entries = [
+        PlacedTriangles(
+            *parts[arrays.mesh[i]],
+            arrays.to_world[i] if arrays.instanced[i] else None,
+            instance.visibility,
+        )
+        for i, instance in enumerate(instances)
+    ]
+    return PackedScene(arrays, EmbreeScene(entries, threads), center, bool(arrays.emits.any()))
+
+
+def affine(matrix: np.ndarray, center: np.ndarray | None = None) -> np.ndarray:
+    """The upper three rows of a (4, 4) matrix, float64, moved by -`center`."""
+    rows = np.array(matrix, np.float64)[:3]
+    if center is not None:
+        rows[:, 3] -= center
+    return rows
+
+
+def _name(instance: Instance) -> str:
+    return f"object {instance.name or instance.mesh.name!r}"
+
+
+def _check_mesh(mesh: Mesh) -> None:
+    count = len(mesh.triangles)
+    shapes = {
+        "vertices": (mesh.vertices, (len(mesh.vertices), 3)),
+        "triangles": (mesh.triangles, (count, 3)),
+        "corner normals": (mesh.corner_normals, (count, 3, 3)),
+        "UVs": (mesh.uvs, (count, 3, 2)),
+        "material slots": (mesh.material_slots, (count,)),
+    }
+    for what, (array, shape) in shapes.items():
+        if array is not None and np.shape(array) != shape:
+            raise SceneError(f"mesh {mesh.name!r}: its {what} have the shape {np.shape(array)}, not {shape}")
+    bad = int((~np.isfinite(mesh.vertices)).any(axis=1).sum())
+    if bad:
+        raise SceneError(f"mesh {mesh.name!r}: {bad} of its vertices are not finite numbers: remove or repair them")
+    if mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.vertices):
+        raise SceneError(f"mesh {mesh.name!r}: a triangle names a vertex that is not there")
+
+
+def _center(instances: Sequence[Instance]) -> np.ndarray:
+    """The middle of the box around everything, float64 (3,)."""
+    low, high = np.full(3, math.inf), np.full(3, -math.inf)
+    for instance in instances:
+        vertices = instance.mesh.vertices
+        box = np.array([vertices.min(axis=0), vertices.max(axis=0)], np.float64)
+        corners = np.array([[box[i, 0], box[j, 1], box[k, 2], 1] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+        world = corners @ affine(instance.matrix).T
+        low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
+    return (low + high) / 2 if instances else np.zeros(3)
+
+
+def _normal_matrix(matrix: np.ndarray) -> np.ndarray:
+    """The inverse transpose of the linear part; of a flattening matrix, the transposed adjugate, which still exists."""
+    a, b, c = np.array(matrix, np.float64)[:3, :3].T
+    cofactors = np.array([np.cross(b, c), np.cross(c, a), np.cross(a, b)]).T
+    return cofactors * (-1 if np.linalg.det(np.array(matrix)[:3, :3]) < 0 else 1)
+
+
+def _pack_meshes(meshes: list[Mesh], alone: dict[int, Instance], center: np.ndarray) -> tuple[dict, list]:
+    """Concatenate the meshes' arrays. Returns the fields of `SceneArrays` and each mesh's (vertices, triangles)."""
+    vertices = [_placed_vertices(mesh, alone.get(id(mesh)), center) for mesh in meshes]
+    # Embree reads 16 bytes at each vertex of 12: one more row keeps the last read inside the memory.
+    all_vertices = np.concatenate([*vertices, np.zeros((1, 3), np.float32)])
+    all_triangles = np.concatenate(
+        [np.ascontiguousarray(mesh.triangles, np.uint32) for mesh in meshes] or [np.zeros((0, 3), np.uint32)]
+    )
+    normals = [_placed_normals(mesh, alone.get(id(mesh))) for mesh in meshes]
+    uvs = [mesh.uvs for mesh in meshes]
+    slots = [mesh.material_slots for mesh in meshes]
+    fields = {
+        "vertices": all_vertices,
+        "triangles": all_triangles,
+        "corner_normals": _concatenate(normals, (0, 3, 3), np.float32),
+        "uvs": _concatenate(uvs, (0, 3, 2), np.float32),
+        "slots": _concatenate(slots, (0,), np.uint16),
+        "first_vertex": _starts(vertices),
+        "first_triangle": _starts([mesh.triangles for mesh in meshes]),
+        "first_normal": _starts(normals),
+        "first_uv": _starts(uvs),
+        "first_slot": _starts(slots),
+    }
+    parts = [
+        (all_vertices[v : v + len(mesh.vertices)], all_triangles[t : t + len(mesh.triangles)])
+        for mesh, v, t in zip(meshes, fields["first_vertex"], fields["first_triangle"], strict=True)
+    ]
+    return fields, parts
+
+
+def _placed_vertices(mesh: Mesh, instance: Instance | None, center: np.ndarray) -> np.ndarray:
+    if instance is None:
+        return np.ascontiguousarray(mesh.vertices, np.float32)
+    rows = affine(instance.matrix, center)
+    return (mesh.vertices.astype(np.float64) @ rows[:, :3].T + rows[:, 3]).astype(np.float32)
+
+
+def _placed_normals(mesh: Mesh, instance: Instance | None) -> np.ndarray | None:
+    if mesh.corner_normals is None or instance is None:
+        return mesh.corner_normals
+    normals = mesh.corner_normals.astype(np.float32) @ _normal_matrix(instance.matrix).T.astype(np.float32)
+    length = np.linalg.norm(normals, axis=2, keepdims=True)
+    return normals / np.where(length > 0, length, 1)
+
+
+def _concatenate(arrays: Sequence[np.ndarray | None], empty: tuple[int, ...], dtype: type) -> np.ndarray:
+    present = [np.ascontiguousarray(array, dtype) for array in arrays if array is not None]
+    return np.concatenate(present) if present else np.zeros(empty, dtype)
+
+
+def _starts(arrays: Sequence[np.ndarray | None]) -> np.ndarray:
+    """Where each array begins in their concatenation, NONE for those that are not there."""
+    starts, position = [], 0
+    for array in arrays:
+        starts.append(NONE if array is None else position)
+        position += 0 if array is None else len(array)
+    return np.array(starts, np.int64)
+
+
+def _pack_placements(
+    instances: list[Instance], meshes: list[Mesh], alone: dict[int, Instance], center: np.ndarray
+) -> dict:
+    index = {id(mesh): i for i, mesh in enumerate(meshes)}
+    count = len(instances)
+    instanced = np.array([id(instance.mesh) not in alone for instance in instances], bool)
+    to_object = np.zeros((count, 3, 4))
+    to_generated = np.zeros((count, 3, 4))
+    materials: list[Material] = []
+    first_material = np.zeros(count, np.int64)
+    last_slot = np.zeros(count, np.int64)
+    default = Material()
+    for i, instance in enumerate(instances):
+        matrix = np.eye(4)
+        if not instanced[i]:
+            matrix[:3] = affine(instance.matrix, center)
+        # A flattened object has no way back to its own space; the least-squares one is as good as any.
+        inverse = np.linalg.pinv(matrix[:3, :3])
+        to_object[i] = np.column_stack([inverse, -inverse @ matrix[:3, 3]])
+        location, size = (np.array(part, np.float64) for part in instance.mesh.texture_space)
+        scale = 0.5 / np.where(size == 0, 1, size)
+        to_generated[i] = to_object[i] * scale[:, None]
+        to_generated[i, :, 3] += 0.5 - location * scale
+        first_material[i] = len(materials)
+        materials.extend(instance.materials or (default,))
+        last_slot[i] = len(materials) - first_material[i] - 1
+    matrices = np.array([affine(instance.matrix, center) for instance in instances]).reshape(count, 3, 4)
+    return {
+        "mesh": np.array([index[id(instance.mesh)] for instance in instances], np.int64),
+        "instanced": instanced,
+        "handedness": np.where(instanced | (np.linalg.det(matrices[:, :, :3]) >= 0), 1, -1).astype(np.float32),
+        "to_world": matrices.astype(np.float32),
+        "normal_to_world": np.array([_normal_matrix(m.matrix) for m in instances], np.float32).reshape(count, 3, 3),
+        "to_object": to_object.astype(np.float32),
+        "to_generated": to_generated.astype(np.float32),
+        "first_material": first_material,
+        "last_slot": last_slot,
+        "material_list": materials,
+    }
+
+
+def _pack_materials(placed: list[Material]) -> tuple[dict, dict]:
+    unique = list({id(material): material for material in placed}.values())
+    index = {id(material): i for i, material in enumerate(unique)}
+    textures: list[Texture] = []
+
+    def texture_of(value: Color | Texture) -> int:
+        if isinstance(value, tuple):
+            return NONE
+        if not any(value is texture for texture in textures):
+            textures.append(value)
+        return next(i for i, texture in enumerate(textures) if value is texture)
+
+    def constant(value: Color | Texture) -> Color:
+        return value if isinstance(value, tuple) else (1.0, 1.0, 1.0)
+
+    emissions = [np.array(constant(m.emission), np.float64) * m.emission_strength for m in unique]
+    materials = {
+        "materials": np.array([index[id(material)] for material in placed], np.int64),
+        "albedo": np.array([constant(m.albedo) for m in unique] or [DEFAULT_GREY], np.float32),
+        "albedo_texture": np.array([texture_of(m.albedo) for m in unique], np.int64),
+        "emission": np.array(emissions or [(0, 0, 0)], np.float32),
+        "emission_texture": np.array([texture_of(m.emission) for m in unique], np.int64),
+        "emits": np.array([color.any() for color in emissions], bool),
+    }
+    return materials, _pack_textures(textures)
+
+
+def _pack_textures(textures: list[Texture]) -> dict:
+    count = len(textures)
+    fields = {
+        "texture_kind": np.zeros(count, np.int64),
+        "texture_space": np.array([_COORDINATES[texture.coordinates] for texture in textures], np.int64),
+        "texture_color1": np.zeros((count, 3), np.float32),
+        "texture_color2": np.zeros((count, 3), np.float32),
+        "texture_scale": np.ones(count, np.float32),
+        "texture_size": np.ones((count, 2), np.int64),
+        "texture_extension": np.zeros(count, np.int64),
+        "texture_smooth": np.zeros(count, bool),
+        "texture_first": np.zeros(count, np.int64),
+    }
+    floats, small = [np.zeros((0, 3), np.float32)], [np.zeros((0, 3), np.uint8)]
+    for i, texture in enumerate(textures):
+        if isinstance(texture, Checker):
+            fields["texture_kind"][i] = CHECKER
+            fields["texture_color1"][i], fields["texture_color2"][i] = texture.color1, texture.color2
+            fields["texture_scale"][i] = texture.scale
+        else:
+            _check_image(texture)
+            bytes_ = texture.pixels.dtype == np.uint8
+            store = small if bytes_ else floats
+            fields["texture_kind"][i] = IMAGE_SRGB_BYTES if bytes_ else IMAGE_LINEAR
+            fields["texture_size"][i] = texture.pixels.shape[1], texture.pixels.shape[0]
+            fields["texture_extension"][i] = _EXTENSIONS[texture.extension]
+            fields["texture_smooth"][i] = texture.interpolation == "linear"
+            fields["texture_first"][i] = sum(map(len, store))
+            store.append(texture.pixels.reshape(-1, 3).astype(np.uint8 if bytes_ else np.float32, copy=False))
+    return fields | {"pixels": np.concatenate(floats), "bytes": np.concatenate(small)}
+
+
+def _check_image(texture: ImageTexture) -> None:
+    shape = np.shape(texture.pixels)
+    if len(shape) != 3 or shape[2] != 3 or 0 in shape:
+        raise SceneError(f"an image texture's pixels have the shape {shape}, not (height, width, 3)")

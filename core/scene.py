@@ -1,0 +1,199 @@
+"""What a picture is made from: a camera, meshes placed in the world, materials and lights, as plain numpy arrays.
+
+Conventions are Blender's: metres, Z up, right-handed, watts for lights, linear Rec.709 colour. A camera and a lamp look
+along their own negative Z axis with Y up. Matrices are float64 (4, 4), column vectors: `world = matrix @ local`.
+
+Meshes, materials and textures are shared by reference: two instances that hold the same `Mesh` object store it once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+Color = tuple[float, float, float]
+
+#: Bits of `Instance.visibility`: the kinds of ray that can hit an object.
+VISIBLE_TO_CAMERA, VISIBLE_TO_SURFACES, VISIBLE_TO_SHADOWS = 1, 2, 4
+VISIBLE_TO_ALL = VISIBLE_TO_CAMERA | VISIBLE_TO_SURFACES | VISIBLE_TO_SHADOWS
+
+#: Albedo of a mesh without a material: Blender's default grey.
+DEFAULT_GREY: Color = (0.8, 0.8, 0.8)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A perspective or orthographic camera with a thin lens.
+
+    `window` is what the full frame sees, (left, right, bottom, top): on the plane one metre in front of a perspective
+    camera, or in metres across an orthographic one. Sensor, shift and pixel aspect are already in it.
+    `clip_start` and `clip_end` are depths along the view axis, in metres.
+    `lens_radius` 0 is a pinhole. The lens is a disk, or a regular polygon of `aperture_blades` (3 and more) inscribed
+    in it and turned by `aperture_rotation` radians, squeezed along x by `aperture_ratio` (anamorphic, width divided by
+    the ratio). `focus_distance` is the depth of the plane in focus.
+    """
+
+    matrix: np.ndarray
+    resolution: tuple[int, int]
+    window: tuple[float, float, float, float]
+    orthographic: bool = False
+    clip_start: float = 0.1
+    clip_end: float = 1000.0
+    lens_radius: float = 0.0
+    focus_distance: float = 10.0
+    aperture_blades: int = 0
+    aperture_rotation: float = 0.0
+    aperture_ratio: float = 1.0
+
+
+@dataclass(frozen=True)
+class Checker:
+    """Blender's Checker Texture: two colours in cubes of side 1/`scale` of the coordinates.
+
+    `coordinates` names the space that is looked up: the mesh's UV map, Blender's generated coordinates (0 to 1 across
+    the mesh's texture space) or the object's own space.
+    """
+
+    color1: Color
+    color2: Color
+    scale: float = 1.0
+    coordinates: Literal["uv", "generated", "object"] = "generated"
+
+
+@dataclass(frozen=True, eq=False)
+class ImageTexture:
+    """An image looked up by the first two coordinates.
+
+    `pixels` is (height, width, 3), bottom row first (as Blender keeps images): float32 in linear Rec.709, or uint8 in
+    sRGB, which is interpolated as it is and made linear afterwards, as Cycles does. `extension` says what lies outside
+    [0, 1): the image again, mirrored, its edge, or black.
+    """
+
+    pixels: np.ndarray
+    extension: Literal["repeat", "mirror", "extend", "clip"] = "repeat"
+    interpolation: Literal["linear", "closest"] = "linear"
+    coordinates: Literal["uv", "generated", "object"] = "uv"
+
+
+Texture = Checker | ImageTexture
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """A Lambertian surface that may also emit, the same from both sides.
+
+    `albedo` is the share of light reflected. The emitted radiance, in W/(m² sr), is `emission` × `emission_strength`.
+    """
+
+    name: str = "default"
+    albedo: Color | Texture = DEFAULT_GREY
+    emission: Color | Texture = (0.0, 0.0, 0.0)
+    emission_strength: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles in the mesh's own space.
+
+    `vertices` (V, 3) float32; `triangles` (T, 3) int32, counter-clockwise seen from outside.
+    `corner_normals` (T, 3, 3) float32 unit vectors, or None for a mesh that is flat-shaded throughout.
+    `uvs` (T, 3, 2) float32, one per corner, or None where no texture asks for them.
+    `material_slots` (T,) integers into `Instance.materials`, or None where every triangle has slot 0.
+    `texture_space` (location, size), each of 3 floats: generated coordinates are (p - location) / (2 size) + 1/2.
+    """
+
+    name: str
+    vertices: np.ndarray
+    triangles: np.ndarray
+    corner_normals: np.ndarray | None = None
+    uvs: np.ndarray | None = None
+    material_slots: np.ndarray | None = None
+    texture_space: tuple[tuple[float, float, float], tuple[float, float, float]] = ((0, 0, 0), (1, 1, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Instance:
+    """A mesh placed in the world, with a material for each of its slots (none: the default grey)."""
+
+    mesh: Mesh
+    matrix: np.ndarray = field(default_factory=lambda: np.eye(4))
+    materials: tuple[Material, ...] = ()
+    visibility: int = VISIBLE_TO_ALL
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class AreaLight:
+    """A flat one-sided light: it shines to the side of `axis_v` × `axis_u`, that is, a lamp's own -Z.
+
+    `center` and the two *full* edges (of a rectangle) or *full* axes (of an ellipse) `axis_u`, `axis_v` are in world
+    space, metres. `power` is in watts per channel: the radiance is power / (π area).
+    """
+
+    center: tuple[float, float, float]
+    axis_u: tuple[float, float, float]
+    axis_v: tuple[float, float, float]
+    power: Color
+    shape: Literal["rectangle", "ellipse"] = "rectangle"
+    cast_shadow: bool = True
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class PointLight:
+    """A sphere of `radius` metres (0: a point) that sends `power` watts per channel in all directions.
+
+    The radiant intensity is power / (4π). With `soft_falloff` the sphere is replaced by a disk that always faces the
+    lit point, which is Blender's light of that name: it stays finite inside the radius.
+    """
+
+    position: tuple[float, float, float]
+    power: Color
+    radius: float = 0.0
+    soft_falloff: bool = False
+    cast_shadow: bool = True
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class SpotLight(PointLight):
+    """A point light behind a cone.
+
+    `matrix` is the lamp's (4, 4) object-to-world matrix; the cone is circular in the lamp's own space, so a stretched
+    lamp has an elliptic one. `spot_size` is the full angle of the cone in radians; `blend`, 0 to 1, the share of it
+    over which the light fades.
+    """
+
+    matrix: np.ndarray = field(default_factory=lambda: np.eye(4))
+    spot_size: float = np.pi / 4
+    blend: float = 0.15
+
+
+@dataclass(frozen=True)
+class SunLight:
+    """A disk of `angle` radians (the full angle) infinitely far away.
+
+    `direction` is the unit vector *towards* the sun; `irradiance`, in W/m² per channel, falls on a surface that
+    faces it, whatever the angle.
+    """
+
+    direction: tuple[float, float, float]
+    irradiance: Color
+    angle: float = 0.0
+    cast_shadow: bool = True
+    name: str = ""
+
+
+Light = AreaLight | PointLight | SpotLight | SunLight
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that a picture needs. `world` is the radiance of the background, in W/(m² sr)."""
+
+    camera: Camera
+    instances: tuple[Instance, ...] = ()
+    lights: tuple[Light, ...] = ()
+    world: Color = (0.0, 0.0, 0.0)
