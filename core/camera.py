@@ -89,22 +89,21 @@ def start_rays(batch: Batch, camera: CameraArrays, blocks: np.ndarray, first: in
     """
     left, bottom, step_x, step_y = camera.window
     filtered = len(camera.filter_offsets) > 2
-    sample, done = first, 0
+    done = 0
     while done < count:
-        pixel, number = divmod(sample, samples)
+        pixel, number = divmod(first + done, samples)
         run = min(samples - number, count - done)
         # float64 up to the pixel's corner, so that a wide picture's pixels do not lose the digits of their samples.
         corner_x = np.float32(left + (blocks[pixel >> 4, 0] + (pixel & 3)) * step_x)
         corner_y = np.float32(bottom + (blocks[pixel >> 4, 1] + ((pixel >> 2) & 3)) * step_y)
         for j in range(done, done + run):
-            i = (j >> 4) * PACKET + (j & 15)
+            i = j // LANES * PACKET + j % LANES
             u, v = batch.floats[i + POINT], batch.floats[i + POINT + Y]
             if filtered:
                 u, v = _filtered(camera.filter_offsets, u), _filtered(camera.filter_offsets, v)
             batch.floats[i + DIRECTION] = corner_x + u * np.float32(step_x)
             batch.floats[i + DIRECTION + Y] = corner_y + v * np.float32(step_y)
         done += run
-        sample += run
 
 
 @device

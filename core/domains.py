@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .batch import PACKET, POINT, Batch, Y
+from .batch import LANES, PACKET, POINT, Batch, Y
 from .errors import SettingsError
 from .jit import device, kernel
 from .samplers import SAMPLERS
@@ -100,17 +100,16 @@ def look_up_points(batch: Batch, table: PointTable, dimension: int, blocks: np.n
     Samples are numbered through the tile's blocks of 4×4 pixels, their pixels, and each pixel's samples. `blocks` is
     (B, 2): the lower left pixel of each block in the full frame.
     """
-    samples = table.points.shape[2]
-    sample, done = first, 0
+    f, points, samples = batch.floats, table.points, table.points.shape[2]
+    done = 0
     while done < count:
-        block, rest = divmod(sample, 16 * samples)
-        pixel, i = divmod(rest, samples)
-        run = min(samples - i, count - done)
-        x, y = blocks[block, 0] + (pixel & 3), blocks[block, 1] + (pixel >> 2)
+        pixel, number = divmod(first + done, samples)
+        # As far as one pixel's set and one packet go: there both lie in one run of memory.
+        run = min(samples - number, count - done, LANES - done % LANES)
+        x, y = blocks[pixel >> 4, 0] + (pixel & 3), blocks[pixel >> 4, 1] + ((pixel >> 2) & 3)
         chosen = set_of_pixel(table, x, y, dimension)
+        to = done // LANES * PACKET + done % LANES + POINT
         for j in range(run):
-            to = ((done + j) >> 4) * PACKET + POINT + ((done + j) & 15)
-            batch.floats[to] = table.points[0, chosen, i + j]
-            batch.floats[to + Y] = table.points[1, chosen, i + j]
+            f[to + j] = points[0, chosen, number + j]
+            f[to + j + Y] = points[1, chosen, number + j]
         done += run
-        sample += run

@@ -31,6 +31,7 @@ from .batch import (
     LANES,
     LIGHT_WEIGHT,
     MASK,
+    ORIGIN,
     PACKET,
     PRIMITIVE,
     RAY_HIT_ROWS,
@@ -138,6 +139,8 @@ class EmbreeScene:
             shared = self._shared[key] = lib.rtcNewScene(self._device)
             lib.rtcSetSceneFlags(shared, _SCENE_FLAG_ROBUST)
             geometry = self._triangles(entry)
+            # Embree's default mask is 1; here the instance's own mask decides.
+            lib.rtcSetGeometryMask(geometry, int(INVALID))
             lib.rtcCommitGeometry(geometry)
             lib.rtcAttachGeometryByID(shared, geometry, 0)
             lib.rtcReleaseGeometry(geometry)
@@ -242,23 +245,37 @@ def intersect_incoherent(batch: Batch, traversal: Traversal, mask: int, packets:
 @kernel
 def occluded_coherent(batch: Batch, traversal: Traversal, mask: int, packets: int) -> None:
     """Set T_FAR of each shadow ray that carries light and is blocked by what `mask` can see to minus infinity."""
+    _occluded(batch, traversal, traversal.coherent, SHADOW, LIGHT_WEIGHT, mask, packets)
+
+
+@kernel
+def occluded_incoherent(batch: Batch, traversal: Traversal, mask: int, packets: int) -> None:
+    """Set T_FAR of each active lane's ray that is blocked by what `mask` can see to minus infinity."""
+    _occluded(batch, traversal, traversal.incoherent, ORIGIN, ACTIVE, mask, packets)
+
+
+@kernel
+def _occluded(
+    batch: Batch, traversal: Traversal, arguments: int, rays: int, wanted: int, mask: int, packets: int
+) -> None:
+    """Trace the rays that begin at row `rays`, in the lanes where row `wanted` is positive."""
     bits, ray, memory = batch.bits, batch.ray_bits, batch.bits.ctypes.data
     for p in range(packets):
         at = p * PACKET
-        lit = _SKIP
+        any_lane = _SKIP
         for i in range(at, at + LANES):
-            trace = _TRACE if batch.floats[i + LIGHT_WEIGHT] > 0 else _SKIP
+            trace = _TRACE if batch.floats[i + wanted] > 0 else _SKIP
             bits[i + TRACED] = trace
-            bits[i + SHADOW + MASK] = np.uint32(mask)
-            lit |= trace
-        if lit == _SKIP:
+            bits[i + rays + MASK] = np.uint32(mask)
+            any_lane |= trace
+        if any_lane == _SKIP:
             continue
         if traversal.packets:
-            _occluded16(memory + (at + TRACED) * 4, traversal.scene, memory + (at + SHADOW) * 4, traversal.coherent)
+            _occluded16(memory + (at + TRACED) * 4, traversal.scene, memory + (at + rays) * 4, arguments)
         else:
             for i in range(at, at + LANES):
                 if bits[i + TRACED] == _TRACE:
                     for row in range(RAY_ROWS):
-                        ray[row] = bits[i + SHADOW + row * LANES]
-                    _occluded1(traversal.scene, ray.ctypes.data, traversal.incoherent)
-                    bits[i + SHADOW + T_FAR] = ray[T_FAR // LANES]
+                        ray[row] = bits[i + rays + row * LANES]
+                    _occluded1(traversal.scene, ray.ctypes.data, arguments)
+                    bits[i + rays + T_FAR] = ray[T_FAR // LANES]

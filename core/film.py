@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .batch import ALPHA, DEPTH, NORMAL, PACKET, RADIANCE, Batch, Y, Z
+from .batch import ALPHA, DEPTH, LANES, NORMAL, PACKET, RADIANCE, Batch, Y, Z
 from .jit import kernel
 
 #: The passes and their channels' names, in the order in which Blender's multilayer EXR has them.
@@ -76,25 +76,28 @@ def new_tile_sums(pixels: int) -> TileSums:
 def add_samples(sums: TileSums, batch: Batch, opaque: bool, first: int, samples: int, count: int) -> None:
     """Add a batch's samples, numbered from `first` through the tile with `samples` per pixel."""
     f = batch.floats
-    for done in range(count):
-        i = (done >> 4) * PACKET + (done & 15)
+    done = 0
+    while done < count:
         pixel, number = divmod(first + done, samples)
+        run = min(samples - number, count - done)
         if number == 0:
-            sums.depth[pixel] = f[i + DEPTH]
-        r, g, b = f[i + RADIANCE], f[i + RADIANCE + Y], f[i + RADIANCE + Z]
-        if not math.isfinite(r + g + b):
-            continue
-        sums.count[pixel] += 1
-        sums.combined[pixel, 0] += r
-        sums.combined[pixel, 1] += g
-        sums.combined[pixel, 2] += b
-        sums.combined[pixel, 3] += 1 if opaque else f[i + ALPHA]
-        sums.squares[pixel, 0] += np.float64(r) * r
-        sums.squares[pixel, 1] += np.float64(g) * g
-        sums.squares[pixel, 2] += np.float64(b) * b
-        sums.normal[pixel, 0] += f[i + NORMAL]
-        sums.normal[pixel, 1] += f[i + NORMAL + Y]
-        sums.normal[pixel, 2] += f[i + NORMAL + Z]
+            sums.depth[pixel] = f[done // LANES * PACKET + done % LANES + DEPTH]
+        for j in range(done, done + run):
+            i = j // LANES * PACKET + j % LANES
+            r, g, b = np.float64(f[i + RADIANCE]), np.float64(f[i + RADIANCE + Y]), np.float64(f[i + RADIANCE + Z])
+            if math.isfinite(r + g + b):
+                sums.count[pixel] += 1
+                sums.combined[pixel, 0] += r
+                sums.combined[pixel, 1] += g
+                sums.combined[pixel, 2] += b
+                sums.combined[pixel, 3] += 1 if opaque else f[i + ALPHA]
+                sums.squares[pixel, 0] += r * r
+                sums.squares[pixel, 1] += g * g
+                sums.squares[pixel, 2] += b * b
+                sums.normal[pixel, 0] += f[i + NORMAL]
+                sums.normal[pixel, 1] += f[i + NORMAL + Y]
+                sums.normal[pixel, 2] += f[i + NORMAL + Z]
+        done += run
 
 
 def develop(sums: TileSums) -> dict[str, np.ndarray]:

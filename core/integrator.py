@@ -34,7 +34,7 @@ from .batch import (
 )
 from .camera import CameraArrays, aim_through_lens, aim_through_pinhole, start_rays
 from .domains import PointTable, look_up_points
-from .embree import Traversal, intersect_coherent, intersect_incoherent, occluded_coherent
+from .embree import Traversal, intersect_coherent, intersect_incoherent, occluded_coherent, occluded_incoherent
 from .jit import kernel
 from .lights import LightArrays, add_light, sample_light, to_world
 from .packing import SceneArrays
@@ -54,7 +54,8 @@ class Frame(NamedTuple):
     lights: LightArrays
     world: np.ndarray  # (3,) float32: radiance of the background
     backdrop: np.ndarray  # (3,) float32: the background as the camera sees it
-    surroundings_shine: bool  # the world or a surface emits: the last bounce's direction is worth tracing
+    world_shines: bool
+    surfaces_shine: bool
     max_bounces: int
     pixel_points: PointTable
     lens_points: PointTable
@@ -88,12 +89,17 @@ def trace_samples(batch: Batch, frame: Frame, blocks: np.ndarray, first: int, pa
             if frame.lights.cast_shadow[light]:
                 occluded_coherent(batch, frame.traversal, VISIBLE_TO_SHADOWS, packets)
             add_light(batch, frame.lights, light, packets)
-        if bounce == frame.max_bounces and not frame.surroundings_shine:
+        last = bounce == frame.max_bounces
+        if last and not (frame.world_shines or frame.surfaces_shine):
             break
         look_up_points(batch, frame.bsdf_points, bounce, blocks, first, count)
         _scatter(batch, packets)
-        intersect_incoherent(batch, frame.traversal, VISIBLE_TO_SURFACES, packets)
-        find_surfaces(batch, frame.scene, frame.world, packets)
+        if last and not frame.surfaces_shine:
+            occluded_incoherent(batch, frame.traversal, VISIBLE_TO_SURFACES, packets)
+            _add_world(batch, frame.world, packets)
+        else:
+            intersect_incoherent(batch, frame.traversal, VISIBLE_TO_SURFACES, packets)
+            find_surfaces(batch, frame.scene, frame.world, packets)
 
 
 @kernel
@@ -130,3 +136,16 @@ def _scatter(batch: Batch, packets: int) -> None:
             f[i + THROUGHPUT] *= f[i + ALBEDO]
             f[i + THROUGHPUT + Y] *= f[i + ALBEDO + Y]
             f[i + THROUGHPUT + Z] *= f[i + ALBEDO + Z]
+
+
+@kernel
+def _add_world(batch: Batch, world: np.ndarray, packets: int) -> None:
+    """Add the background's radiance (3,) to the paths that nothing blocks."""
+    f = batch.floats
+    red, green, blue = world[0], world[1], world[2]
+    for p in range(packets):
+        for i in range(p * PACKET, p * PACKET + LANES):
+            seen = f[i + ACTIVE] if f[i + T_FAR] >= _ZERO else _ZERO
+            f[i + RADIANCE] += seen * red * f[i + THROUGHPUT]
+            f[i + RADIANCE + Y] += seen * green * f[i + THROUGHPUT + Y]
+            f[i + RADIANCE + Z] += seen * blue * f[i + THROUGHPUT + Z]

@@ -77,7 +77,7 @@ class PackedScene:
     arrays: SceneArrays
     embree: EmbreeScene
     center: np.ndarray
-    has_emission: bool
+    surfaces_shine: bool
 
 
 def pack_scene(scene: Scene, threads: int) -> PackedScene:

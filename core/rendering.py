@@ -88,8 +88,8 @@ def _make_frame(scene: Scene, settings: RenderSettings, packed: PackedScene) -> 
     """Everything that the kernels share. A domain that the scene does not use gets a table of the smallest size."""
     camera = pack_camera(scene.camera, packed.center, offset_table(settings))
     lights = pack_lights(scene.lights, packed.center)
-    surroundings_shine = packed.has_emission or any(scene.world)
-    directions = settings.max_bounces + (1 if surroundings_shine else 0)
+    world_shines = any(scene.world)
+    directions = settings.max_bounces + (1 if world_shines or packed.surfaces_shine else 0)
     pixels = scene.camera.resolution[0] * scene.camera.resolution[1]
     dimensions = {
         "pixel": 1,
@@ -106,7 +106,8 @@ def _make_frame(scene: Scene, settings: RenderSettings, packed: PackedScene) -> 
         lights=lights,
         world=world,
         backdrop=world * (not settings.film_transparent),
-        surroundings_shine=surroundings_shine,
+        world_shines=world_shines,
+        surfaces_shine=packed.surfaces_shine,
         max_bounces=settings.max_bounces,
         **tables,
     )

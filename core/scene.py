@@ -50,7 +50,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class Checker:
-    """Blender's Checker Texture: two colours in cubes of side 1/`scale` of the coordinates.
+    """Blender's Checker Texture: two colours in cubes of side 1/`scale` of the coordinates, `color2` at the origin.
 
     `coordinates` names the space that is looked up: the mesh's UV map, Blender's generated coordinates (0 to 1 across
     the mesh's texture space) or the object's own space.

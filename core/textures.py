@@ -26,8 +26,8 @@ def _checker(scene: SceneArrays, texture: int, x: float, y: float, z: float) -> 
     odd = (_cell(x * scale) + _cell(y * scale) + _cell(z * scale)) & 1
     a, b = scene.texture_color1, scene.texture_color2
     if odd:
-        return b[texture, 0], b[texture, 1], b[texture, 2]
-    return a[texture, 0], a[texture, 1], a[texture, 2]
+        return a[texture, 0], a[texture, 1], a[texture, 2]
+    return b[texture, 0], b[texture, 1], b[texture, 2]
 
 
 @device
