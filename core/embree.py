@@ -41,6 +41,7 @@ from .batch import (
     TRACED,
     Batch,
 )
+from .embree_run import CALLBACKS, RunScene
 from .errors import RooksError
 from .jit import kernel
 
@@ -56,7 +57,7 @@ _TRACE, _SKIP = np.uint32(0xFFFFFFFF), np.uint32(0)
 _TRACING = ("rtcIntersect1", "rtcOccluded1", "rtcIntersect16", "rtcOccluded16")
 _single = types.void(types.uintp, types.uintp, types.uintp)
 _packet = types.void(types.uintp, types.uintp, types.uintp, types.uintp)
-# The names under which `library` gives the addresses to LLVM.
+# The names under which `load_library` gives the addresses to LLVM.
 _intersect1 = types.ExternalFunction("rooks_rtcIntersect1", _single)
 _occluded1 = types.ExternalFunction("rooks_rtcOccluded1", _single)
 _intersect16 = types.ExternalFunction("rooks_rtcIntersect16", _packet)
@@ -85,11 +86,25 @@ class PlacedTriangles(NamedTuple):
     mask: int
 
 
-class EmbreeScene:
-    """An acceleration structure over placed triangles. Entry i is what a hit names as its geometry or instance i."""
+def build_scene(entries: Sequence[PlacedTriangles], threads: int) -> EmbreeScene | RunScene:
+    """Build the acceleration structure; entry i is what a hit names as its geometry or instance i.
 
-    def __init__(self, entries: Sequence[PlacedTriangles], threads: int) -> None:
-        lib = library()
+    Raises:
+        RooksError: embreex is not installed, or Embree cannot start or runs out of memory.
+    """
+    lib = load_library()
+    if lib is None:
+        scene = RunScene(entries)
+        scene.traversal = Traversal(scene.address, 0, 0, True)
+        return scene
+    return EmbreeScene(lib, entries, threads)
+
+
+class EmbreeScene:
+    """An acceleration structure over placed triangles, in Embree's memory until it is closed."""
+
+    def __init__(self, lib: ctypes.CDLL, entries: Sequence[PlacedTriangles], threads: int) -> None:
+        self._lib = lib
         self._entries = entries  # keeps the shared buffers alive
         self._shared: dict[int, int] = {}
         self._device = lib.rtcNewDevice(f"threads={threads},set_affinity=0".encode())
@@ -117,13 +132,12 @@ class EmbreeScene:
 
     def close(self) -> None:
         """Give the memory back. The structure must not be traced after that."""
-        lib = library()
         for scene in (self._scene, *self._shared.values()):
-            lib.rtcReleaseScene(scene)
-        lib.rtcReleaseDevice(self._device)
+            self._lib.rtcReleaseScene(scene)
+        self._lib.rtcReleaseDevice(self._device)
 
     def _triangles(self, entry: PlacedTriangles) -> int:
-        lib = library()
+        lib = self._lib
         geometry = lib.rtcNewGeometry(self._device, _GEOMETRY_TRIANGLE)
         for kind, form, array in (
             (_BUFFER_VERTEX, _FORMAT_FLOAT3, entry.vertices),
@@ -133,7 +147,7 @@ class EmbreeScene:
         return geometry
 
     def _instance(self, entry: PlacedTriangles) -> int:
-        lib = library()
+        lib = self._lib
         key = entry.triangles.ctypes.data
         if key not in self._shared:
             shared = self._shared[key] = lib.rtcNewScene(self._device)
@@ -152,13 +166,16 @@ class EmbreeScene:
 
 
 @functools.cache
-def library() -> ctypes.CDLL:
-    """Embree's C functions, ready to call from Python, and those that trace made known to LLVM.
+def load_library() -> ctypes.CDLL | None:
+    """Embree's C functions, callable from Python; None where they are not to be had. LLVM then knows how to trace.
 
     Raises:
-        RooksError: embreex is not installed, or brings another major version of Embree.
+        RooksError: embreex is not installed.
     """
     path = library_path()
+    if path is None:
+        _tell_llvm(CALLBACKS)
+        return None
     # On Linux, Blender's own programs load another Embree for all to see; ours must bind to itself.
     lib = ctypes.CDLL(str(path), mode=getattr(os, "RTLD_DEEPBIND", 0) | getattr(os, "RTLD_NOW", 0))
     pointer, number = ctypes.c_void_p, ctypes.c_uint
@@ -186,23 +203,28 @@ def library() -> ctypes.CDLL:
     for name, (result, arguments) in signatures.items():
         function = getattr(lib, name)
         function.restype, function.argtypes = result, arguments
-    for name in _TRACING:
-        address = ctypes.cast(getattr(lib, name), ctypes.c_void_p).value
-        llvmlite.binding.add_symbol(f"rooks_{name}", address)
+    _tell_llvm({name: getattr(lib, name) for name in _TRACING})
     return lib
 
 
-def library_path() -> Path:
-    """Where embreex keeps its Embree: beside it on Linux and Windows, inside it on macOS."""
+def _tell_llvm(functions: dict) -> None:
+    for name, function in functions.items():
+        llvmlite.binding.add_symbol(f"rooks_{name}", ctypes.cast(function, ctypes.c_void_p).value)
+
+
+def library_path() -> Path | None:
+    """Where embreex keeps its Embree: beside it on Linux and Windows, inside it on macOS; None where it is not there.
+
+    Raises:
+        RooksError: embreex is not installed.
+    """
     spec = importlib.util.find_spec("embreex")
     if spec is None or spec.origin is None:
         raise RooksError("embreex is not installed: it brings Embree, which traces the rays")
     package = Path(spec.origin).parent
     pattern = {"win32": "embree4*.dll", "darwin": "libembree4*.dylib"}.get(sys.platform, "libembree4*.so*")
-    for folder in (package.parent / "embreex.libs", package / ".dylibs", package):
-        for path in sorted(folder.glob(pattern)):
-            return path
-    raise RooksError(f"embreex in {package} brings no Embree 4 library")
+    folders = (package.parent / "embreex.libs", package / ".dylibs", package)
+    return next((path for folder in folders for path in sorted(folder.glob(pattern))), None)
 
 
 @kernel

@@ -30,7 +30,7 @@ def write_exr(path: str | Path, film: Film, metadata: dict[str, str | int | floa
             # OpenEXR keeps the top row first.
             channels[prefix + letter] = np.ascontiguousarray(film.passes[name][::-1, :, index])
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    header |= {f"rooks:{key}": value if isinstance(value, str) else float(value) for key, value in metadata.items()}
+    header |= {f"rooks:{key}": value for key, value in metadata.items()}
     with replacing(Path(path)) as temporary:
         OpenEXR.File(header, channels).write(str(temporary))
 

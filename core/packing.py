@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .embree import EmbreeScene, PlacedTriangles
+from .embree import EmbreeScene, PlacedTriangles, build_scene
+from .embree_run import RunScene
 from .errors import SceneError
 from .scene import DEFAULT_GREY, Checker, Color, ImageTexture, Instance, Material, Mesh, Scene, Texture
 
@@ -75,7 +76,7 @@ class PackedScene:
     """`arrays` and `embree` for kernels; `center` (3,) float64 is what has to be subtracted from world positions."""
 
     arrays: SceneArrays
-    embree: EmbreeScene
+    embree: EmbreeScene | RunScene
     center: np.ndarray
     surfaces_shine: bool
 
@@ -109,7 +110,7 @@ def pack_scene(scene: Scene, threads: int) -> PackedScene:
         )
         for i, instance in enumerate(instances)
     ]
-    return PackedScene(arrays, EmbreeScene(entries, threads), center, bool(arrays.emits.any()))
+    return PackedScene(arrays, build_scene(entries, threads), center, bool(arrays.emits.any()))
 
 
 def affine(matrix: np.ndarray, center: np.ndarray | None = None) -> np.ndarray:

@@ -17,7 +17,6 @@ import numpy as np
 from .batch import LANES, Batch, new_batch
 from .camera import pack_camera
 from .domains import make_table
-from .embree import library
 from .errors import SettingsError
 from .film import PASSES, Film, add_samples, develop, new_tile_sums
 from .filters import offset_table
@@ -61,12 +60,12 @@ def render(
         SettingsError: the settings do not fit the scene.
     """
     start = time.perf_counter()
-    library()
     left, bottom, right, top = _region(scene, settings)
     film = Film(left, bottom, right - left, top - bottom, settings.sample_count)
     packed = pack_scene(scene, settings.thread_count)
     try:
         frame = _make_frame(scene, settings, packed)
+        _load_kernels(frame, settings)
         film.setup_seconds = time.perf_counter() - start
         start = time.perf_counter()
         _render_tiles(film, frame, settings, on_tile, should_cancel)
@@ -74,6 +73,13 @@ def render(
     finally:
         packed.embree.close()
     return film
+
+
+def _load_kernels(frame: Frame, settings: RenderSettings) -> None:
+    """Compile the kernels, or load them from the cache, by calling them for no samples."""
+    batch = new_batch(1)
+    trace_samples(batch, frame, np.zeros((1, 2), np.int64), 0, 0)
+    add_samples(new_tile_sums(1), batch, True, 0, settings.sample_count, 0)
 
 
 def _region(scene: Scene, settings: RenderSettings) -> tuple[int, int, int, int]:
