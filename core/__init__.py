@@ -3,40 +3,65 @@
     >>> import core
     >>> film = core.render(scene, core.RenderSettings(samples=16, sampler="jittered"))
 
-A scene is made of the dataclasses in `core.scene`. Importing this package costs little: numba and Embree are loaded by
-the first render.
+A scene is made of the dataclasses in `core.scene`. Importing this package costs next to nothing: its parts load when
+they are first asked for, numpy with the scene, numba and Embree with the first render.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-from .errors import OutputError, RooksError, SceneError, SettingsError
-from .scene import (
-    AreaLight,
-    Camera,
-    Checker,
-    ImageTexture,
-    Instance,
-    Material,
-    Mesh,
-    PointLight,
-    Scene,
-    SpotLight,
-    SunLight,
-)
-from .settings import RenderSettings
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .errors import OutputError, RooksError, SceneError, SettingsError
     from .film import Film
-    from .rendering import Tile
+    from .output import write_exr
+    from .rendering import Tile, render
+    from .samplers import SAMPLERS
+    from .scene import (
+        AreaLight,
+        Camera,
+        Checker,
+        ImageTexture,
+        Instance,
+        Material,
+        Mesh,
+        PointLight,
+        Scene,
+        SpotLight,
+        SunLight,
+    )
+    from .settings import RenderSettings
+
+_HOME = {
+    "errors": ("OutputError", "RooksError", "SceneError", "SettingsError"),
+    "film": ("Film",),
+    "output": ("write_exr",),
+    "rendering": ("Tile", "render"),
+    "samplers": ("SAMPLERS",),
+    "scene": (
+        "AreaLight",
+        "Camera",
+        "Checker",
+        "ImageTexture",
+        "Instance",
+        "Material",
+        "Mesh",
+        "PointLight",
+        "Scene",
+        "SpotLight",
+        "SunLight",
+    ),
+    "settings": ("RenderSettings",),
+}
+_PARTS = {"files", "limits", *_HOME}
 
 __all__ = [
+    "SAMPLERS",
     "AreaLight",
     "Camera",
     "Checker",
+    "Film",
     "ImageTexture",
     "Instance",
     "Material",
@@ -50,25 +75,17 @@ __all__ = [
     "SettingsError",
     "SpotLight",
     "SunLight",
+    "Tile",
     "render",
     "write_exr",
 ]
 
 
-def render(
-    scene: Scene,
-    settings: RenderSettings,
-    on_tile: Callable[[Tile], None] | None = None,
-    should_cancel: Callable[[], bool] | None = None,
-) -> Film:
-    """Render a scene: see `core.rendering.render`, which this loads."""
-    from . import rendering
-
-    return rendering.render(scene, settings, on_tile, should_cancel)
-
-
-def write_exr(path: str | Path, film: Film, metadata: dict[str, str | int | float]) -> None:
-    """Write a film to an OpenEXR file: see `core.output.write_exr`, which this loads."""
-    from . import output
-
-    output.write_exr(path, film, metadata)
+def __getattr__(name: str) -> Any:
+    """Load a part of the package, or the part that a public name stands in, on first use (PEP 562)."""
+    if name in _PARTS:
+        return import_module(f".{name}", __name__)
+    for part, names in _HOME.items():
+        if name in names:
+            return getattr(import_module(f".{part}", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

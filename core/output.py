@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
 
-from .errors import OutputError
+from .files import replacing
 from .film import PASSES, Film
 
 
@@ -33,38 +30,3 @@ def write_exr(path: str | Path, film: Film, metadata: dict[str, str | int | floa
     header |= {f"rooks:{key}": value for key, value in metadata.items()}
     with replacing(Path(path)) as temporary:
         OpenEXR.File(header, channels).write(str(temporary))
-
-
-@contextlib.contextmanager
-def replacing(path: Path):
-    """A temporary path beside `path`, which takes its place when the block ends well and is removed when it does not.
-
-    Raises:
-        OutputError: the folder does not exist or cannot be written to.
-    """
-    check_writable(path)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        yield temporary
-        # mkstemp makes files that only their owner can read; a picture follows the user's own mask.
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)
-        temporary.replace(path)
-    except (OSError, RuntimeError) as error:
-        raise OutputError(f"cannot write {path}: {error}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def check_writable(path: Path) -> None:
-    """Raise an OutputError now if `path` could not be written later."""
-    folder = path.parent
-    if not folder.is_dir():
-        raise OutputError(f"cannot write {path}: the folder {folder} does not exist")
-    if path.is_dir():
-        raise OutputError(f"cannot write {path}: it is a folder")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise OutputError(f"cannot write {path}: the folder {folder} cannot be written to")

@@ -7,11 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from .errors import SettingsError
+from .limits import MAX_BOUNCES, MAX_SAMPLES
 from .samplers import SAMPLERS
-
-#: More samples per pixel than this need tables larger than the memory of a common machine.
-MAX_SAMPLES = 1 << 20
-MAX_BOUNCES = 64
 
 
 @dataclass(frozen=True)

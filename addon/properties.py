@@ -1,0 +1,126 @@
+"""The user's settings: `scene.rooks`, and `view_layer.rooks` for the passes.
+
+Lens, film, threads and resolution are Blender's own settings and stay where Blender keeps them.
+"""
+
+from __future__ import annotations
+
+import functools
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty
+
+from ._core import core
+
+
+def _tag_update(owner: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    # Blender does not notice by itself that an add-on's property changed.
+    owner.id_data.update_tag()
+
+
+@functools.cache
+def _registry_items() -> list[tuple[str, str, str, int]]:
+    return [(name.upper(), s.label, s.description, s.number) for name, s in core.samplers.SAMPLERS.items()]
+
+
+def _sampler_items(_owner: bpy.types.PropertyGroup, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
+    """The enum's items. Blender asks when it first shows or reads one, not at its start; nor does it keep them alive."""
+    return _registry_items()
+
+
+#: Multi-jittered: an enum whose items come from a function has a number as its default.
+DEFAULT_SAMPLER = 4
+
+
+def _sampler(label: str, description: str) -> EnumProperty:
+    return EnumProperty(
+        name=label, description=description, items=_sampler_items, default=DEFAULT_SAMPLER, update=_tag_update
+    )
+
+
+class RooksSceneSettings(bpy.types.PropertyGroup):
+    """How a scene is sampled: `scene.rooks`."""
+
+    samples: IntProperty(
+        name="Samples",
+        description="Samples per pixel. A sampler that cannot make this count takes the next one above that it can",
+        min=1,
+        max=core.limits.MAX_SAMPLES,
+        soft_max=4096,
+        default=16,
+        update=_tag_update,
+    )
+    sampler: _sampler("Sampler", "The technique that places the samples of every domain")
+    use_separate_samplers: BoolProperty(
+        name="Separate Samplers",
+        description="Choose a technique for each domain: the pixel, the lens, the lights and the surfaces",
+        default=False,
+        update=_tag_update,
+    )
+    pixel_sampler: _sampler("Pixel", "Places the camera rays on the area of a pixel: antialiasing")
+    lens_sampler: _sampler("Lens", "Places the camera rays on the lens: depth of field")
+    light_sampler: _sampler("Light", "Places the shadow rays on the lights: soft shadows")
+    bsdf_sampler: _sampler(
+        "Surface", "Places the directions in which surfaces look for the world, glowing meshes and bounced light"
+    )
+    seed: IntProperty(
+        name="Seed",
+        description="Another seed gives another, independent noise pattern",
+        min=0,
+        default=0,
+        update=_tag_update,
+    )
+    max_bounces: IntProperty(
+        name="Max Bounces",
+        description="How often light may be reflected from surface to surface. 0 is direct light only",
+        min=0,
+        max=core.limits.MAX_BOUNCES,
+        default=0,
+        update=_tag_update,
+    )
+    pixel_filter: EnumProperty(
+        name="Pixel Filter",
+        description="How the samples around a pixel add up to it",
+        items=(
+            ("BOX", "Box", "The mean over the pixel's own square", 0),
+            ("BLACKMAN_HARRIS", "Blackman-Harris", "A smooth bell of the chosen width: softer, without stair steps", 1),
+        ),
+        default="BOX",
+        update=_tag_update,
+    )
+
+
+class RooksViewLayerSettings(bpy.types.PropertyGroup):
+    """What a view layer renders beside the picture: `view_layer.rooks`."""
+
+    use_pass_sampling_error: BoolProperty(
+        name="Sampling Error",
+        description="The standard error of each pixel's mean, estimated from its samples",
+        default=False,
+        update=lambda self, _context: _update_passes(self),
+    )
+
+
+def _update_passes(settings: RooksViewLayerSettings) -> None:
+    scene = settings.id_data
+    view_layer = next((layer for layer in scene.view_layers if layer.rooks == settings), None)
+    if view_layer is not None:
+        view_layer.update_render_passes()
+    scene.update_tag()
+
+
+CLASSES = (RooksSceneSettings, RooksViewLayerSettings)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.rooks = PointerProperty(type=RooksSceneSettings, name="Rooks")
+    bpy.types.ViewLayer.rooks = PointerProperty(type=RooksViewLayerSettings, name="Rooks")
+
+
+def unregister() -> None:
+    del bpy.types.ViewLayer.rooks
+    del bpy.types.Scene.rooks
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,51 @@
+"""Blender's render settings, and `scene.rooks`, as the renderer's `RenderSettings`."""
+
+from __future__ import annotations
+
+import bpy
+
+from ._core import core
+
+Border = tuple[int, int, int, int]
+
+
+def render_settings(scene: bpy.types.Scene, resolution: tuple[int, int]) -> core.settings.RenderSettings:
+    """The settings of a final render of `resolution` pixels.
+
+    Raises:
+        SettingsError: a setting is out of its range.
+    """
+    rooks = scene.rooks
+    return core.settings.RenderSettings(
+        samples=rooks.samples,
+        **sampling(rooks),
+        seed=rooks.seed,
+        max_bounces=rooks.max_bounces,
+        pixel_filter=rooks.pixel_filter.lower(),
+        filter_width=scene.render.filter_size,
+        film_transparent=scene.render.film_transparent,
+        border=render_border(scene.render, resolution),
+        threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
+    )
+
+
+def render_border(render: bpy.types.RenderSettings, resolution: tuple[int, int]) -> Border | None:
+    """The render region in pixels, (left, bottom, right, top), rounded as Blender does; None for the full frame."""
+    if not render.use_border:
+        return None
+    width, height = resolution
+    left, right = (int(min(max(x, 0.0), 1.0) * width) for x in (render.border_min_x, render.border_max_x))
+    bottom, top = (int(min(max(y, 0.0), 1.0) * height) for y in (render.border_min_y, render.border_max_y))
+    if (left, bottom, right, top) == (0, 0, width, height):
+        return None
+    if left >= right or bottom >= top:
+        raise core.errors.SettingsError("the render region is empty: draw it larger, or switch it off")
+    return left, bottom, right, top
+
+
+def sampling(rooks: bpy.types.PropertyGroup) -> dict[str, str]:
+    """The fields of `RenderSettings` that name samplers: one for all domains, or one for each as well."""
+    names = ["sampler"]
+    if rooks.use_separate_samplers:
+        names += ["pixel_sampler", "lens_sampler", "light_sampler", "bsdf_sampler"]
+    return {name: getattr(rooks, name).lower() for name in names}

@@ -1,0 +1,41 @@
+"""What differs between the Blender versions that are supported, 4.2 to 5.2, each in a function of its own."""
+
+from __future__ import annotations
+
+import bpy
+
+
+def uses_nodes(id_block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bool:
+    """Whether shader nodes describe a material, a world or a lamp.
+
+    From 5.0 materials and worlds always have nodes, from 5.2 lamps too, and asking them is deprecated.
+    """
+    always = bpy.app.version >= ((5, 2) if isinstance(id_block, bpy.types.Light) else (5, 0))
+    return id_block.node_tree is not None and (always or id_block.use_nodes)
+
+
+def light_tint(light: bpy.types.Light) -> tuple[float, float, float]:
+    """A lamp's colour, with the blackbody colour and the exposure (in stops) that lamps have from 4.5 on."""
+    red, green, blue = light.color
+    if getattr(light, "use_temperature", False):
+        red, green, blue = (channel * warm for channel, warm in zip(light.color, light.temperature_color, strict=True))
+    gain = 2.0 ** getattr(light, "exposure", 0.0)
+    return red * gain, green * gain, blue * gain
+
+
+def light_is_normalized(light: bpy.types.Light) -> bool:
+    """Whether a lamp's power stays the same when its size changes; a choice from 4.5 on."""
+    return getattr(light, "normalize", True)
+
+
+def choose_file_format(settings: bpy.types.ImageFormatSettings, file_format: str) -> None:
+    """Make rendered pictures be saved in a format. From 5.0 the kind of medium has to be chosen first."""
+    if hasattr(settings, "media_type"):
+        settings.media_type = "IMAGE"
+    settings.file_format = file_format
+
+
+def world_of(depsgraph: bpy.types.Depsgraph) -> bpy.types.World | None:
+    """The scene's world, or the one that a view layer puts in its place (a choice from 4.3 on)."""
+    override = getattr(depsgraph.view_layer_eval, "world_override", None)
+    return override or depsgraph.scene_eval.world

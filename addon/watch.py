@@ -1,0 +1,43 @@
+"""How a script follows the renders that it starts: `with watching(Watch()) as watch: bpy.ops.render.render()`.
+
+Blender keeps what happens inside a render engine to itself: the operator says neither how far it is, nor which samples
+were taken, nor why nothing came out. The engine writes all that into the watch that is being worn, if there is one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from ._core import core
+
+
+@dataclass
+class Watch:
+    """What the engine did: one film and its settings per view layer, in the order in which they were rendered."""
+
+    on_progress: Callable[[int, int], None] = lambda done, total: None
+    films: list[core.Film] = field(default_factory=list)
+    settings: list[core.settings.RenderSettings] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    error: str | None = None
+    interrupted: bool = False
+
+
+_worn: Watch | None = None
+
+
+def worn() -> Watch:
+    """The watch to report to: the one being worn, else one that nobody reads."""
+    return _worn or Watch()
+
+
+@contextmanager
+def watching(watch: Watch) -> Iterator[Watch]:
+    global _worn
+    before, _worn = _worn, watch
+    try:
+        yield watch
+    finally:
+        _worn = before

@@ -1,0 +1,5 @@
+"""The bounds of the settings, for those who only want to know them: this module imports nothing."""
+
+#: More samples per pixel than this need tables larger than the memory of a common machine.
+MAX_SAMPLES = 1 << 20
+MAX_BOUNCES = 64
