@@ -5,8 +5,6 @@ Lens, film, threads and resolution are Blender's own settings and stay where Ble
 
 from __future__ import annotations
 
-import functools
-
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty
 
@@ -18,23 +16,15 @@ def _tag_update(owner: bpy.types.PropertyGroup, _context: bpy.types.Context) -> 
     owner.id_data.update_tag()
 
 
-@functools.cache
-def _registry_items() -> list[tuple[str, str, str, int]]:
-    return [(name.upper(), s.label, s.description, s.number) for name, s in core.samplers.SAMPLERS.items()]
-
-
-def _sampler_items(_owner: bpy.types.PropertyGroup, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
-    """The enum's items. Blender asks when it first shows or reads one, not at its start; nor does it keep them alive."""
-    return _registry_items()
-
-
-#: Multi-jittered: an enum whose items come from a function has a number as its default.
-DEFAULT_SAMPLER = 4
+SAMPLER_ITEMS = tuple(
+    (name.upper(), sampler.label, sampler.description, sampler.number)
+    for name, sampler in core.samplers.SAMPLERS.items()
+)
 
 
 def _sampler(label: str, description: str) -> EnumProperty:
     return EnumProperty(
-        name=label, description=description, items=_sampler_items, default=DEFAULT_SAMPLER, update=_tag_update
+        name=label, description=description, items=SAMPLER_ITEMS, default="MULTI_JITTERED", update=_tag_update
     )
 
 

@@ -12,8 +12,7 @@ the same, and the first point is the square's corner.
 
 from __future__ import annotations
 
-import numpy as np
-
+from .late_numpy import np
 from .sampler import ANY_COUNT, Criteria, Sampler, in_stratum
 
 

@@ -10,8 +10,7 @@ Counts: rows × columns with columns = rows or rows + 1.
 
 from __future__ import annotations
 
-import numpy as np
-
+from .late_numpy import np
 from .sampler import GRID_COUNTS, Criteria, Sampler, grid_shape, in_stratum
 
 

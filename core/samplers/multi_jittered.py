@@ -18,8 +18,7 @@ from __future__ import annotations
 
 from math import isqrt
 
-import numpy as np
-
+from .late_numpy import np
 from .sampler import ANY_COUNT, Criteria, Sampler, grid_shape, in_stratum
 
 

@@ -11,8 +11,7 @@ Counts: any.
 
 from __future__ import annotations
 
-import numpy as np
-
+from .late_numpy import np
 from .sampler import ANY_COUNT, Criteria, Sampler, in_stratum
 
 

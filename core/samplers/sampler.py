@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import isqrt
 from typing import NamedTuple
 
-import numpy as np
+from .late_numpy import np
 
 
 class Criteria(NamedTuple):
