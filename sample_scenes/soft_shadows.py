@@ -43,7 +43,7 @@ def knot_tube(radius=0.34):
 
 def main():
     scene = common.new_scene("soft_shadows", (512, 512))
-    common.world(scene, (0.05, 0.05, 0.06))
+    common.world(scene, (0, 0, 0))
 
     common.rectangle(scene, "Floor", (60, 60), common.diffuse("Plaster", (0.8, 0.8, 0.8)))
     vertices, faces = knot_tube()
