@@ -48,22 +48,26 @@ class CameraArrays(NamedTuple):
     filter_offsets: np.ndarray
 
 
-def pack_camera(camera: Camera, center: np.ndarray, filter_offsets: np.ndarray) -> CameraArrays:
-    """Check the camera and turn it into what kernels read.
-
-    Raises:
-        SceneError: its numbers make no picture.
-    """
+def check_camera(camera: Camera) -> None:
+    """Raise a SceneError if the camera's numbers make no picture."""
     width, height = camera.resolution
-    left, right, bottom, top = camera.window
     if width < 1 or height < 1:
         raise SceneError(f"the picture has no pixels: its size is {width} × {height}")
-    if not (np.isfinite(camera.matrix).all() and np.isfinite(camera.window).all()):
-        raise SceneError("the camera's position or window holds numbers that are not finite")
+    numbers = (camera.window, camera.lens_radius, camera.aperture_rotation)
+    if not (np.isfinite(camera.matrix).all() and all(np.isfinite(number).all() for number in numbers)):
+        raise SceneError("the camera's position, window or lens holds numbers that are not finite")
     if not 0 <= camera.clip_start < camera.clip_end:
         raise SceneError(f"the camera's clip start {camera.clip_start} m is not below its clip end {camera.clip_end} m")
     if camera.lens_radius > 0 and not camera.focus_distance > 0:
         raise SceneError(f"the camera focuses at {camera.focus_distance} m: move the plane in focus in front of it")
+    if not 0 < camera.aperture_ratio < np.inf:
+        raise SceneError(f"the camera's aperture ratio is {camera.aperture_ratio}: it must be above 0")
+
+
+def pack_camera(camera: Camera, center: np.ndarray, filter_offsets: np.ndarray) -> CameraArrays:
+    """Turn a camera that has been checked into what kernels read."""
+    width, height = camera.resolution
+    left, right, bottom, top = camera.window
     rows = affine(camera.matrix, center)
     return CameraArrays(
         window=np.array([left, bottom, (right - left) / width, (top - bottom) / height]),

@@ -52,6 +52,8 @@ class RunScene:
 
     def trace(self, rays: np.ndarray, hits: bool) -> None:
         """Trace rays (rows, n) float32 as Embree does: write the nearest hits, or T_FAR = -inf where one is blocked."""
+        if not rays.size:
+            return
         bits = rays.view(np.uint32)
         scene, placements = self._scene(int(bits[MASK // LANES, 0]))
         if scene is None:

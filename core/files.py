@@ -19,10 +19,11 @@ def replacing(path: Path) -> Iterator[Path]:
         OutputError: the folder does not exist or cannot be written to.
     """
     check_writable(path)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
+    temporary = None
     try:
+        handle, name = tempfile.mkstemp(prefix=".rooks-", suffix=path.suffix, dir=path.parent)
+        os.close(handle)
+        temporary = Path(name)
         yield temporary
         # mkstemp makes files that only their owner can read; a picture follows the user's own mask.
         mask = os.umask(0)
@@ -32,18 +33,19 @@ def replacing(path: Path) -> Iterator[Path]:
     except (OSError, RuntimeError) as error:
         raise OutputError(f"cannot write {path}: {error}") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        if temporary is not None:
+            temporary.unlink(missing_ok=True)
 
 
 def check_writable(path: Path) -> None:
     """Raise an OutputError now if `path` could not be written later."""
     folder = path.parent
-    if not folder.is_dir():
-        raise OutputError(f"cannot write {path}: the folder {folder} does not exist, make it first")
-    if path.is_dir():
-        raise OutputError(f"cannot write {path}: it is a folder, choose another name for the picture")
     try:
+        if not folder.is_dir():
+            raise OutputError(f"cannot write {path}: the folder {folder} does not exist, make it first")
+        if path.is_dir():
+            raise OutputError(f"cannot write {path}: it is a folder, choose another name for the picture")
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise OutputError(f"cannot write into the folder {folder}: {error.strerror}") from None
+        raise OutputError(f"cannot write {path}: {error.strerror}") from None

@@ -7,7 +7,8 @@ import numpy as np
 
 from .settings import RenderSettings
 
-#: Entries of the inverse distribution; linear in between, its error is below 1e-4 pixels at width 1.5.
+#: Entries of the inverse distribution, linear in between: at width 1.5, 99.7 % of the samples are within 1e-4 pixels of
+#: their place, the far tails within 0.05.
 RESOLUTION = 4096
 
 

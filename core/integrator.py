@@ -39,7 +39,7 @@ from .jit import kernel
 from .lights import LightArrays, add_light, sample_light, to_world
 from .packing import SceneArrays
 from .scene import VISIBLE_TO_CAMERA, VISIBLE_TO_SHADOWS, VISIBLE_TO_SURFACES
-from .surface import find_surfaces, record_first_hits
+from .surface import JUST_AHEAD, find_surfaces, record_first_hits
 from .warps import square_to_cosine_hemisphere
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
@@ -109,6 +109,8 @@ def _begin(batch: Batch, packets: int) -> None:
         for i in range(p * PACKET, p * PACKET + LANES):
             f[i + THROUGHPUT] = f[i + THROUGHPUT + Y] = f[i + THROUGHPUT + Z] = _ONE
             f[i + RADIANCE] = f[i + RADIANCE + Y] = f[i + RADIANCE + Z] = _ZERO
+            # A ray that misses keeps this: what an earlier batch left could be NaN, which survives a factor of 0.
+            f[i + ALBEDO] = f[i + ALBEDO + Y] = f[i + ALBEDO + Z] = _ZERO
 
 
 @kernel
@@ -131,7 +133,7 @@ def _scatter(batch: Batch, packets: int) -> None:
             f[i + DIRECTION] = x
             f[i + DIRECTION + Y] = y
             f[i + DIRECTION + Z] = z
-            f[i + T_NEAR] = _ZERO
+            f[i + T_NEAR] = JUST_AHEAD
             f[i + T_FAR] = np.float32(np.inf)
             f[i + THROUGHPUT] *= f[i + ALBEDO]
             f[i + THROUGHPUT + Y] *= f[i + ALBEDO + Y]

@@ -39,6 +39,7 @@ from .batch import (
 from .errors import SceneError
 from .jit import device, kernel
 from .scene import AreaLight, Light, PointLight, SpotLight, SunLight
+from .surface import JUST_AHEAD
 from .warps import one_minus_cos, square_to_cap, square_to_disk
 
 IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2, 3, 4, 5
@@ -46,6 +47,8 @@ IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2,
 _ZERO, _HALF, _ONE, _TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
 #: A spot's edge without blend: steep enough to be a step, finite so that 0 × it stays 0.
 _HARD_EDGE = 1e30
+#: The share of the way to a lamp that is looked along: a lamp that lies in a surface is not shadowed by that surface.
+_SHORT_OF_LAMP = np.float32(1 - 2.0**-18)
 
 
 class LightArrays(NamedTuple):
@@ -88,6 +91,7 @@ def pack_lights(lights: Sequence[Light], center: np.ndarray) -> LightArrays:
         "spot_edge": np.zeros(count, np.float32),
     }
     for i, light in enumerate(shining):
+        _check_light(light)
         row = {name: array[i : i + 1] for name, array in fields.items()}
         if isinstance(light, AreaLight):
             _pack_area(row, light, center)
@@ -95,9 +99,20 @@ def pack_lights(lights: Sequence[Light], center: np.ndarray) -> LightArrays:
             _pack_sun(row, light)
         else:
             _pack_point(row, light, center)
-        if not all(np.isfinite(array).all() for array in row.values()):
-            raise SceneError(f"lamp {light.name!r}: its position, size or power is not a finite number")
     return LightArrays(**fields)
+
+
+def _check_light(light: Light) -> None:
+    for name, value in vars(light).items():
+        if not isinstance(value, str) and not np.isfinite(value).all():
+            raise SceneError(f"lamp {light.name!r}: its {name.replace('_', ' ')} is not a finite number")
+    if isinstance(light, SunLight):
+        if not 0 <= light.angle <= np.pi:
+            raise SceneError(f"lamp {light.name!r}: a sun's angle must lie between 0° and 180°")
+        if not np.any(light.direction):
+            raise SceneError(f"lamp {light.name!r}: a sun's direction must not be zero")
+    elif isinstance(light, PointLight) and light.radius < 0:
+        raise SceneError(f"lamp {light.name!r}: its radius must not be negative")
 
 
 def _strength(light: Light) -> tuple[float, float, float]:
@@ -116,8 +131,6 @@ def _pack_area(row: dict[str, np.ndarray], light: AreaLight, center: np.ndarray)
 
 
 def _pack_sun(row: dict[str, np.ndarray], light: SunLight) -> None:
-    if not 0 <= light.angle <= np.pi:
-        raise SceneError(f"lamp {light.name!r}: a sun's angle must lie between 0° and 180°")
     row["kind"][:] = IS_SUN
     row["color"][:] = np.array(light.irradiance) / np.pi
     row["position"][:] = np.array(light.direction) / np.linalg.norm(light.direction)
@@ -281,7 +294,8 @@ def _narrow_to_cone(batch: Batch, lights: LightArrays, light: int, packets: int)
             # The lamp looks along its own -Z, and the shadow ray towards it.
             cosine = z / length if length > _ZERO else _ZERO
             step = min(max((cosine - cosine_of_edge) * edge, _ZERO), _ONE)
-            f[i + LIGHT_WEIGHT] *= step * step * (np.float32(3) - _TWO * step)
+            weight = f[i + LIGHT_WEIGHT]
+            f[i + LIGHT_WEIGHT] = weight * step * step * (np.float32(3) - _TWO * step) if weight > _ZERO else _ZERO
 
 
 @device
@@ -301,12 +315,12 @@ def _aim_shadow_ray(f: np.ndarray, i: int, dx: float, dy: float, dz: float, reac
     f[i + SHADOW + ORIGIN] = f[i + POSITION] + step * nx
     f[i + SHADOW + ORIGIN + Y] = f[i + POSITION + Y] + step * ny
     f[i + SHADOW + ORIGIN + Z] = f[i + POSITION + Z] + step * nz
-    f[i + SHADOW + T_NEAR] = _ZERO
+    f[i + SHADOW + T_NEAR] = JUST_AHEAD
     f[i + SHADOW + DIRECTION] = dx - turn * nx
     f[i + SHADOW + DIRECTION + Y] = dy - turn * ny
     f[i + SHADOW + DIRECTION + Z] = dz - turn * nz
     f[i + SHADOW + TIME] = _ZERO
-    f[i + SHADOW + T_FAR] = reach
+    f[i + SHADOW + T_FAR] = reach * _SHORT_OF_LAMP
 
 
 @kernel

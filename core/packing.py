@@ -7,7 +7,7 @@ that the middle of the scene lies at the origin: float32 has 24 bits, and a scen
 
 from __future__ import annotations
 
-import math
+import itertools
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -146,14 +146,20 @@ def _check_mesh(mesh: Mesh) -> None:
 
 def _center(instances: Sequence[Instance]) -> np.ndarray:
     """The middle of the box around everything, float64 (3,)."""
-    low, high = np.full(3, math.inf), np.full(3, -math.inf)
-    for instance in instances:
-        vertices = instance.mesh.vertices
-        box = np.array([vertices.min(axis=0), vertices.max(axis=0)], np.float64)
-        corners = np.array([[box[i, 0], box[j, 1], box[k, 2], 1] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-        world = corners @ affine(instance.matrix).T
-        low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
-    return (low + high) / 2 if instances else np.zeros(3)
+    if not instances:
+        return np.zeros(3)
+    meshes = {id(instance.mesh): instance.mesh for instance in instances}
+    boxes = {key: _corners(mesh.vertices) for key, mesh in meshes.items()}
+    corners = np.array([boxes[id(instance.mesh)] for instance in instances])
+    matrices = np.array([instance.matrix for instance in instances], np.float64)
+    world = corners @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3]
+    return (world.min(axis=(0, 1)) + world.max(axis=(0, 1))) / 2
+
+
+def _corners(vertices: np.ndarray) -> np.ndarray:
+    """The 8 corners of the box around vertices, float64 (8, 3)."""
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    return np.array(list(itertools.product(*zip(low, high, strict=True))), np.float64)
 
 
 def _normal_matrix(matrix: np.ndarray) -> np.ndarray:
@@ -278,6 +284,10 @@ def _pack_materials(placed: list[Material]) -> tuple[dict, dict]:
     def constant(value: Color | Texture) -> Color:
         return value if isinstance(value, tuple) else (1.0, 1.0, 1.0)
 
+    for material in unique:
+        colors = (constant(material.albedo), constant(material.emission), material.emission_strength)
+        if not all(np.isfinite(color).all() for color in colors):
+            raise SceneError(f"material {material.name!r}: its colour or strength is not a finite number")
     emissions = [np.array(constant(m.emission), np.float64) * m.emission_strength for m in unique]
     materials = {
         "materials": np.array([index[id(material)] for material in placed], np.int64),

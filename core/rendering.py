@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .batch import LANES, Batch, new_batch
-from .camera import pack_camera
+from .camera import check_camera, pack_camera
 from .domains import make_table
-from .errors import SettingsError
+from .errors import SceneError, SettingsError
 from .film import PASSES, Film, add_samples, develop, new_tile_sums
 from .filters import offset_table
 from .integrator import Frame, trace_samples
@@ -60,6 +60,9 @@ def render(
         SettingsError: the settings do not fit the scene.
     """
     start = time.perf_counter()
+    check_camera(scene.camera)
+    if not np.isfinite(scene.world).all():
+        raise SceneError("the world's colour is not a finite number")
     left, bottom, right, top = _region(scene, settings)
     film = Film(left, bottom, right - left, top - bottom, settings.sample_count)
     packed = pack_scene(scene, settings.thread_count)
@@ -190,8 +193,9 @@ def _render_tile(
         packets = min(settings.batch_packets, total - first)
         trace_samples(batch, frame, blocks, first * LANES, packets)
         add_samples(sums, batch, opaque, first * LANES, samples, packets * LANES)
-    dropped = len(sums.count) * samples - int(sums.count.sum())
     window = np.s_[bottom - y0 : top - y0, left - x0 : right - x0]
+    counts = _raster(sums.count[:, None], rows, columns)[window]
+    dropped = counts.size * samples - int(counts.sum())
     return {name: _raster(values, rows, columns)[window] for name, values in develop(sums).items()}, dropped
 
 

@@ -37,9 +37,11 @@ from .jit import device, kernel
 from .packing import GENERATED, NONE, OBJECT, SceneArrays
 from .textures import texture_color
 
-#: The step off a surface, as a share of the largest coordinate that went into the hit. Interpolating three vertices
-#: and placing the result rounds 7 times at most and Embree's own test loses as many bits (2^-24 each): twice their sum.
+#: The step off a surface, as a share of the coordinates that went into the hit. Interpolating three vertices and
+#: placing the result rounds 7 times at most and Embree's own test loses as many bits (2^-24 each): twice their sum.
 STEP_OFF = np.float32(2.0**-19)
+#: Where a ray that leaves a surface begins to look, so that the step may be 0 where nothing was rounded.
+JUST_AHEAD = np.float32(1e-30)
 
 #: Depth where a ray hits nothing, as in Blender.
 MISSED_DEPTH = np.float32(1e10)
@@ -69,15 +71,14 @@ def _find_surface(f: np.ndarray, scene: SceneArrays, i: int, placement: int, tri
     mesh = scene.mesh[placement]
     v, w = f[i + HIT_V], f[i + HIT_W]
     u = _ONE - v - w
-    x, y, z, reach = _hit_point(scene, mesh, triangle, u, v, w)
+    x, y, z, rx, ry, rz = _hit_point(scene, mesh, triangle, u, v, w)
     nx, ny, nz = f[i + HIT_NORMAL], f[i + HIT_NORMAL + Y], f[i + HIT_NORMAL + Z]
     smooth = scene.first_normal[mesh] != NONE
     sx, sy, sz = _interpolated_normal(scene, mesh, triangle, u, v, w) if smooth else (nx, ny, nz)
     _find_material(f, scene, i, placement, triangle, u, v, w, x, y, z)
     if scene.instanced[placement]:
-        reach *= _largest_row(scene.to_world, placement)
+        rx, ry, rz = _reach_in_world(scene.to_world, placement, rx, ry, rz)
         x, y, z = _transform(scene.to_world, placement, x, y, z)
-        reach = max(reach, abs(x), abs(y), abs(z))
         nx, ny, nz = _rotate(scene.normal_to_world, placement, nx, ny, nz)
         sx, sy, sz = _rotate(scene.normal_to_world, placement, sx, sy, sz)
     else:
@@ -90,16 +91,18 @@ def _find_surface(f: np.ndarray, scene: SceneArrays, i: int, placement: int, tri
     _store(f, i + POSITION, x, y, z)
     _store(f, i + GEOMETRIC_NORMAL, side * nx, side * ny, side * nz)
     _store(f, i + SHADING_NORMAL, side * sx, side * sy, side * sz)
-    f[i + OFFSET] = STEP_OFF * reach
+    # Only the error along the normal matters: a floor of kilometres, if it is level, needs a step of millionths.
+    f[i + OFFSET] = STEP_OFF * (abs(nx) * rx + abs(ny) * ry + abs(nz) * rz)
 
 
 @device
 def _hit_point(
     scene: SceneArrays, mesh: int, triangle: int, u: float, v: float, w: float
-) -> tuple[float, float, float, float]:
+) -> tuple[float, float, float, float, float, float]:
     """The point at barycentrics (u, v, w), more exact than origin + t direction, and the triangle's reach.
 
-    The reach is the largest coordinate of its corners: what the rounding error of the point is proportional to.
+    The reach is its corners' largest x, y and z: what the rounding errors of the point are proportional to (Pharr,
+    Jakob and Humphreys 2016, section 3.9).
     """
     row, first = scene.first_triangle[mesh] + triangle, scene.first_vertex[mesh]
     a = first + np.int64(scene.triangles[row, 0])
@@ -109,12 +112,14 @@ def _hit_point(
     ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
     bx, by, bz = vertices[b, 0], vertices[b, 1], vertices[b, 2]
     cx, cy, cz = vertices[c, 0], vertices[c, 1], vertices[c, 2]
-    reach = max(
-        max(abs(ax), abs(ay), abs(az)),
-        max(abs(bx), abs(by), abs(bz)),
-        max(abs(cx), abs(cy), abs(cz)),
+    return (
+        u * ax + v * bx + w * cx,
+        u * ay + v * by + w * cy,
+        u * az + v * bz + w * cz,
+        max(abs(ax), abs(bx), abs(cx)),
+        max(abs(ay), abs(by), abs(cy)),
+        max(abs(az), abs(bz), abs(cz)),
     )
-    return u * ax + v * bx + w * cx, u * ay + v * by + w * cy, u * az + v * bz + w * cz, reach
 
 
 @device
@@ -224,12 +229,12 @@ def _rotate(m: np.ndarray, k: int, x: float, y: float, z: float) -> tuple[float,
 
 
 @device
-def _largest_row(m: np.ndarray, k: int) -> float:
-    """The largest sum of a row's absolute values: how much matrix k can enlarge a coordinate."""
-    return max(
-        abs(m[k, 0, 0]) + abs(m[k, 0, 1]) + abs(m[k, 0, 2]),
-        abs(m[k, 1, 0]) + abs(m[k, 1, 1]) + abs(m[k, 1, 2]),
-        abs(m[k, 2, 0]) + abs(m[k, 2, 1]) + abs(m[k, 2, 2]),
+def _reach_in_world(m: np.ndarray, k: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """How large coordinates can become, on the way and in the end, under matrix k of m (P, 3, 4)."""
+    return (
+        abs(m[k, 0, 0]) * x + abs(m[k, 0, 1]) * y + abs(m[k, 0, 2]) * z + abs(m[k, 0, 3]),
+        abs(m[k, 1, 0]) * x + abs(m[k, 1, 1]) * y + abs(m[k, 1, 2]) * z + abs(m[k, 1, 3]),
+        abs(m[k, 2, 0]) * x + abs(m[k, 2, 1]) * y + abs(m[k, 2, 2]) * z + abs(m[k, 2, 3]),
     )
 
 

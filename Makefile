@@ -1,0 +1,51 @@
+# Every target sets up .venv first where it needs it, so each works as the very first command.
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DELETE_ON_ERROR:
+.PHONY: help render test lint format docs extension clean
+
+PYTHON ?= python3.11
+PIP := pip==26.3 # the pip of Python 3.11 is older than dependency groups
+run := .venv/bin/python
+
+help: ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
+
+render: .venv/.complete ## render the sample scenes into out/, as .exr and .png
+	mkdir -p out
+	$(run) -m addon render sample_scenes/*.blend --output out/
+
+test: .venv/.complete ## run all tests
+	$(run) -m pytest
+
+lint: .venv/.complete ## check style and formatting
+	$(run) -m ruff check .
+	$(run) -m ruff format --check .
+
+format: .venv/.complete ## repair what lint complains about, where that can be done by itself
+	$(run) -m ruff check --fix-only .
+	$(run) -m ruff format .
+
+docs: .venv/.complete ## make the generated parts of the README again
+	$(run) docs/update_readme.py
+	$(run) -m addon render sample_scenes/still_life.blend --samples 256 --output docs/images/still_life.png
+
+extension: .venv/.complete ## build the Blender extension into dist/
+	$(run) .ci/build_extension.py
+
+clean: ## remove everything that make has made, .venv included
+	rm -rf .venv out build dist .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# The stamp is touched last: a set-up that failed half-way is taken up again by the next make.
+.venv/.complete: pyproject.toml
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null || { \
+	  echo "Python 3.11 is missing: '$(PYTHON)' does not run it. Install it, or say where it is: make PYTHON=..." >&2; exit 1; }
+	@"$(PYTHON)" -c 'import ensurepip, venv' 2>/dev/null || { \
+	  echo "The venv module of Python 3.11 is missing (Debian, Ubuntu: apt-get install python3.11-venv)" >&2; exit 1; }
+	@echo "Setting up .venv (the first time this downloads about 500 MB)"
+	@"$(PYTHON)" -m venv .venv
+	@$(run) -m pip install --quiet --disable-pip-version-check $(PIP)
+	@$(run) -m pip install --quiet --disable-pip-version-check --group run --group test
+	@$(run) .ci/check_bpy.py
+	@touch $@

@@ -1,0 +1,150 @@
+"""The command line: pictures where they were asked for, or one line that says what is wrong, and nothing written."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from tests.addon_helpers import add, empty_scene, lamp, quad  # noqa: E402
+
+ROOT = Path(__file__).parents[1]
+
+
+def command(*arguments) -> list[str]:
+    return [sys.executable, "-m", "addon", "render", *map(str, arguments)]
+
+
+def run(*arguments) -> subprocess.CompletedProcess:
+    return subprocess.run(command(*arguments), cwd=ROOT, capture_output=True, text=True, timeout=120)
+
+
+@pytest.fixture(scope="module")
+def blends(tmp_path_factory) -> Path:
+    """A folder with files to render: good.blend, no_camera.blend, panorama.blend, broken.blend, damaged.blend."""
+    folder = tmp_path_factory.mktemp("blends")
+
+    def save(name):
+        bpy.ops.wm.save_as_mainfile(filepath=str(folder / name), copy=True)
+
+    scene = empty_scene(40, 28)
+    scene.rooks.samples, scene.rooks.sampler = 5, "N_ROOKS"
+    quad()
+    lamp("AREA", 100)
+    add("Nothing", bpy.data.meshes.new("Nothing"))
+    save("good.blend")
+    scene.camera.data.type = "PANO"
+    save("panorama.blend")
+    scene.camera.data.type = "PERSP"
+    broken = quad("Broken")
+    broken.data.vertices[0].co.x = float("nan")
+    save("broken.blend")
+    scene.camera = None
+    save("no_camera.blend")
+    whole = (folder / "good.blend").read_bytes()
+    (folder / "damaged.blend").write_bytes(whole[: len(whole) // 3])
+    (folder / "text.blend").write_text("not a picture")
+    return folder
+
+
+def test_a_folder_gets_an_exr_and_a_png(blends, tmp_path):
+    done = run(blends / "good.blend", "--output", f"{tmp_path}/")
+    assert (done.returncode, sorted(os.listdir(tmp_path))) == (0, ["good.exr", "good.png"])
+    assert "N-Rooks, 5 samples per pixel" in done.stdout
+    assert "million samples/s" in done.stdout
+    assert done.stderr == 'rooks: warning: object "Nothing" has no faces: there is nothing to render\n'
+    openexr, image = pytest.importorskip("OpenEXR"), pytest.importorskip("PIL.Image")
+    with openexr.File(str(tmp_path / "good.exr")) as file:
+        header = file.header()
+        assert (header["rooks:samples"], header["rooks:pixel_sampler"]) == (5, "n_rooks")
+    assert np.asarray(image.open(tmp_path / "good.png")).shape == (28, 40, 3)
+
+
+def test_options_override_the_file(blends, tmp_path):
+    options = "--sampler jittered --lens-sampler random --samples 7 --resolution 20x10 --threads 1 --seed 3 --frame 4"
+    done = run(blends / "good.blend", "--output", tmp_path / "x.jpg", "--output", tmp_path / "x.exr", *options.split())
+    assert done.returncode == 0, done.stderr
+    assert "Jittered (pixel), Random (lens)" in done.stdout
+    assert "9 samples per pixel (7 asked for)" in done.stdout
+    assert "20 × 10 pixels" in done.stdout
+    assert sorted(os.listdir(tmp_path)) == ["x.exr", "x.jpg"]
+
+
+@pytest.mark.parametrize(
+    ("file", "options", "status", "words"),
+    [
+        ("missing.blend", [], 1, "missing.blend does not exist"),
+        ("text.blend", [], 1, "is not a .blend file"),
+        ("damaged.blend", [], 1, "damaged"),
+        ("", [], 1, "is a folder"),
+        ("no_camera.blend", [], 1, 'scene "Scene" has no camera'),
+        ("panorama.blend", [], 1, 'camera "Camera" is panoramic'),
+        ("broken.blend", [], 1, 'object "Broken": 1 of its 4 vertices'),
+        ("good.blend", ["--sampler", "sobol"], 2, "unknown sampler 'sobol'"),
+        ("good.blend", ["--samples", "0"], 2, "between 1 and"),
+        ("good.blend", ["--samples", "1000000000"], 2, "between 1 and"),
+        ("good.blend", ["--samples", "many"], 2, "not a whole number"),
+        ("good.blend", ["--resolution", "640"], 2, "not a size such as 640x360"),
+        ("good.blend", ["--max-bounces", "-1"], 2, "between 0 and"),
+        ("good.blend", ["--what"], 2, "unrecognized arguments: --what"),
+        ("good.blend", ["--output", "nowhere/x.exr"], 1, "nowhere does not exist"),
+        ("good.blend", ["--output", "/proc/x.exr"], 1, "cannot write into the folder /proc"),
+        ("good.blend", ["--output", "x.xcf"], 1, "must end in one of"),
+    ],
+)
+def test_what_is_wrong_is_one_line_and_nothing_is_written(blends, tmp_path, file, options, status, words):
+    target = tmp_path / "x.exr"
+    target.write_text("an older picture")
+    done = run(blends / file, "--output", target, *options)
+    assert done.returncode == status, done.stderr
+    errors = [line for line in done.stderr.splitlines() if "warning" not in line]
+    assert len(errors) == 1
+    assert errors[0].startswith("rooks: ")
+    assert words in errors[0]
+    assert (os.listdir(tmp_path), target.read_text()) == (["x.exr"], "an older picture")
+
+
+def test_no_output_is_a_wrong_command(blends):
+    done = run(blends / "good.blend")
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "--output" in done.stderr
+
+
+def test_several_files_need_a_folder(blends, tmp_path):
+    done = run(blends / "good.blend", blends / "panorama.blend", "--output", tmp_path / "x.exr")
+    assert done.returncode == 1
+    assert "give --output a folder" in done.stderr
+
+
+def test_help_explains_every_option():
+    text = run("--help").stdout
+    for name in ("sampler", "pixel_sampler", "lens_sampler", "light_sampler", "bsdf_sampler", "samples", "max_bounces"):
+        assert f"--{name.replace('_', '-')}" in text
+
+
+def test_ctrl_c_stops_without_a_traceback(blends, tmp_path):
+    arguments = (
+        blends / "good.blend",
+        "--output",
+        tmp_path / "x.exr",
+        "--samples",
+        50_000,
+        "--resolution",
+        "2000x2000",
+    )
+    with subprocess.Popen(command(*arguments), cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(4)
+        process.send_signal(signal.SIGINT)
+        _out, errors = process.communicate(timeout=120)
+    assert process.returncode == 130
+    assert errors.splitlines()[-1] == "rooks: interrupted"
+    assert "Traceback" not in errors
+    assert os.listdir(tmp_path) == []

@@ -1,0 +1,244 @@
+"""Renders through Blender's operator are the core's pixels, in the right place, or an error that says why."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+import addon.export  # noqa: E402
+import core  # noqa: E402
+from addon.settings import render_border, render_settings  # noqa: E402
+from addon.ui import sample_count_lines  # noqa: E402
+from addon.watch import Watch, watching  # noqa: E402
+from core.samplers import SAMPLERS  # noqa: E402
+from tests.addon_helpers import add, empty_scene, export, lamp, quad, shader  # noqa: E402
+
+WIDTH, HEIGHT = 40, 28
+
+
+@pytest.fixture
+def scene():
+    """A lit quad that is seen at an angle, with the background around it."""
+    scene = empty_scene(WIDTH, HEIGHT)
+    scene.rooks.samples, scene.rooks.sampler = 4, "JITTERED"
+    quad(size=4).rotation_euler = (0.5, 0.3, 0.2)
+    lamp("AREA", 200, size=2)
+    return scene
+
+
+def render(watch: Watch | None = None) -> Watch:
+    with watching(watch or Watch()) as worn:
+        bpy.ops.render.render()
+    return worn
+
+
+def saved_pixels(path) -> np.ndarray:
+    """What Blender saves as a float EXR, (height, width, 4), bottom row first."""
+    settings = bpy.context.scene.render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = "IMAGE"
+    settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGBA", "32"
+    bpy.data.images["Render Result"].save_render(str(path))
+    image = bpy.data.images.load(str(path), check_existing=False)
+    pixels = np.empty(len(image.pixels), np.float32)
+    image.pixels.foreach_get(pixels)
+    return pixels.reshape(image.size[1], image.size[0], 4)
+
+
+def core_pixels() -> np.ndarray:
+    scene = bpy.context.scene
+    exported, _warnings = export()
+    return core.render(exported, render_settings(scene, exported.camera.resolution)).passes["Combined"]
+
+
+def test_the_picture_is_the_cores(scene, tmp_path):
+    watch = render()
+    picture = saved_pixels(tmp_path / "x.exr")
+    assert picture.shape == (HEIGHT, WIDTH, 4)
+    assert picture[..., :3].max() > 0.1
+    np.testing.assert_array_equal(picture, core_pixels())
+    np.testing.assert_array_equal(picture, watch.films[0].passes["Combined"])
+
+
+def test_transparent_film_has_alpha(scene, tmp_path):
+    scene.render.film_transparent = True
+    render()
+    picture = saved_pixels(tmp_path / "x.exr")
+    assert (picture[..., 3].min(), picture[..., 3].max()) == (0, 1)
+    np.testing.assert_array_equal(picture, core_pixels())
+
+
+BORDERS = [(0.25, 0.1, 0.8, 0.7), (0.0, 0.0, 0.33, 1.0), (0.501, 0.499, 1.0, 1.0), (0.07, 0.61, 0.93, 0.77)]
+
+
+@pytest.mark.parametrize("border", BORDERS)
+@pytest.mark.parametrize("crop", [True, False])
+def test_a_render_region_is_that_part_of_the_full_picture(scene, tmp_path, border, crop):
+    full = core_pixels()
+    scene.render.use_border, scene.render.use_crop_to_border = True, crop
+    names = ("border_min_x", "border_min_y", "border_max_x", "border_max_y")
+    for name, value in zip(names, border, strict=True):
+        setattr(scene.render, name, value)
+    left, bottom, right, top = render_border(scene.render, (WIDTH, HEIGHT))
+    render()
+    picture = saved_pixels(tmp_path / "x.exr")
+    if not crop:
+        assert picture.shape == full.shape
+        outside = picture.copy()
+        outside[bottom:top, left:right] = 0
+        assert not outside.any()
+        picture = picture[bottom:top, left:right]
+    np.testing.assert_array_equal(picture, full[bottom:top, left:right])
+
+
+def test_an_empty_region_is_refused_by_blender(scene):
+    scene.render.use_border = True
+    scene.render.border_min_x, scene.render.border_max_x = 0.5, 0.501
+    with pytest.raises(RuntimeError, match="too small"):
+        render()
+
+
+def test_passes_are_there_when_asked_for(scene, tmp_path):
+    layer = bpy.context.view_layer
+    layer.use_pass_z = layer.use_pass_normal = layer.rooks.use_pass_sampling_error = True
+    settings = scene.render.image_settings
+    if hasattr(settings, "media_type"):
+        settings.media_type = "MULTI_LAYER_IMAGE"
+    settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    scene.render.filepath = str(tmp_path / "layers.exr")
+    with watching(Watch()) as watch:
+        bpy.ops.render.render(write_still=True)
+    openexr = pytest.importorskip("OpenEXR")
+    channels = {}
+    with openexr.File(str(tmp_path / "layers.exr"), separate_channels=True) as file:
+        for part in file.parts:
+            channels.update({name: channel.pixels for name, channel in part.channels.items()})
+    film = watch.films[0]
+    for name, letters in {"Depth": "Z", "Normal": "XYZ", "Sampling Error": "RGB", "Combined": "RGBA"}.items():
+        for index, letter in enumerate(letters):
+            saved = next(value for key, value in channels.items() if key.endswith(f"{name}.{letter}"))
+            np.testing.assert_array_equal(saved[::-1], film.passes[name][..., index], err_msg=f"{name}.{letter}")
+
+
+def test_each_view_layer_is_rendered(scene):
+    layer = scene.view_layers.new("Clay")
+    layer.material_override = shader("ShaderNodeBsdfDiffuse", "Black", Color=(0, 0, 0, 1))[0]
+    first, second = render().films
+    assert first.passes["Combined"][..., :3].any()
+    assert not second.passes["Combined"][..., :3].any()
+
+
+def test_every_setting_arrives():
+    scene = empty_scene()
+    rooks, blender = scene.rooks, scene.render
+    rooks.samples, rooks.sampler, rooks.seed, rooks.max_bounces = 9, "N_ROOKS", 7, 3
+    rooks.pixel_filter, blender.filter_size, blender.film_transparent = "BLACKMAN_HARRIS", 2.5, True
+    blender.threads_mode, blender.threads = "FIXED", 3
+    settings = render_settings(scene, (32, 24))
+    assert settings == core.RenderSettings(
+        samples=9,
+        sampler="n_rooks",
+        seed=7,
+        max_bounces=3,
+        pixel_filter="blackman_harris",
+        filter_width=2.5,
+        film_transparent=True,
+        threads=3,
+    )
+    rooks.use_separate_samplers = True
+    rooks.pixel_sampler, rooks.lens_sampler = "REGULAR", "RANDOM"
+    rooks.light_sampler, rooks.bsdf_sampler = "JITTERED", "HAMMERSLEY"
+    samplers = {"pixel": "regular", "lens": "random", "light": "jittered", "bsdf": "hammersley"}
+    assert render_settings(scene, (32, 24)).samplers == samplers
+
+
+def test_the_menu_of_samplers_is_the_registry():
+    items = bpy.context.scene.rooks.bl_rna.properties["sampler"].enum_items
+    assert [(i.identifier, i.name, i.value) for i in items] == [
+        (name.upper(), sampler.label, sampler.number) for name, sampler in SAMPLERS.items()
+    ]
+
+
+@pytest.mark.parametrize(
+    ("sampler", "lens", "asked", "line"),
+    [
+        ("JITTERED", None, 17, ["Jittered takes 20 samples"]),
+        ("JITTERED", None, 16, []),
+        ("N_ROOKS", None, 17, []),
+        ("N_ROOKS", "JITTERED", 17, ["Together they take 20 samples"]),
+    ],
+)
+def test_the_count_that_is_really_taken_is_shown(sampler, lens, asked, line):
+    rooks = empty_scene().rooks
+    rooks.sampler, rooks.samples, rooks.use_separate_samplers = sampler, asked, lens is not None
+    rooks.pixel_sampler = rooks.light_sampler = rooks.bsdf_sampler = sampler
+    rooks.lens_sampler = lens or sampler
+    assert sample_count_lines(rooks) == line
+
+
+def test_without_a_camera_an_error_and_the_next_render_is_right(scene, tmp_path):
+    camera, scene.camera = scene.camera, None
+    with watching(Watch()) as watch, pytest.raises(RuntimeError, match="camera"):
+        bpy.ops.render.render()
+    assert not watch.films
+    scene.camera = camera
+    render()
+    np.testing.assert_array_equal(saved_pixels(tmp_path / "x.exr"), core_pixels())
+
+
+def test_a_broken_mesh_is_an_error_and_the_next_render_is_right(scene, tmp_path):
+    broken = quad("Broken")
+    broken.data.vertices[0].co.x = float("nan")
+    with watching(Watch()) as watch, pytest.raises(RuntimeError, match='"Broken"'):
+        bpy.ops.render.render()
+    assert "Broken" in watch.error
+    bpy.data.objects.remove(broken)
+    render()
+    np.testing.assert_array_equal(saved_pixels(tmp_path / "x.exr"), core_pixels())
+
+
+def test_a_bug_is_reported_and_not_swallowed(scene, monkeypatch, capsys):
+    monkeypatch.setattr("addon.export.export_scene", lambda *_: 1 / 0)
+    with watching(Watch()) as watch, pytest.raises(RuntimeError, match="internal error: ZeroDivisionError"):
+        bpy.ops.render.render()
+    assert watch.error.startswith("internal error")
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_warnings_do_not_fail_a_render(scene):
+    add("Nothing", bpy.data.meshes.new("Nothing"))
+    watch = render()
+    assert watch.warnings == ['object "Nothing" has no faces: there is nothing to render']
+    assert watch.films
+
+
+def test_hidden_from_renders_and_instancers_children_are_left_out(scene, monkeypatch):
+    quad("Hidden").hide_render = True
+    quad("Leaf").parent = quad("Tree", instance_type="VERTS", show_instancer_for_render=False)
+    exported, export_scene = [], addon.export.export_scene
+    monkeypatch.setattr("addon.export.export_scene", lambda *a: exported.append(export_scene(*a)) or exported[0])
+    render()
+    assert sorted(instance.name for instance in exported[0][0].instances) == ["Leaf"] * 4 + ["Quad"]
+
+
+def test_progress_reaches_the_end(scene):
+    steps = []
+    render(Watch(lambda done, total: steps.append((done, total))))
+    assert steps
+    assert steps[-1][0] == steps[-1][1]
+
+
+def test_registering_twice_and_unregistering_leave_no_trace():
+    addon.register()
+    addon.unregister()
+    addon.unregister()
+    try:
+        assert not hasattr(bpy.types.Scene, "rooks")
+        panels = [p for p in bpy.types.Panel.__subclasses__() if "ROOKS" in getattr(p, "COMPAT_ENGINES", ())]
+        assert [panel for panel in panels if not panel.__name__.startswith("ROOKS_")] == []
+    finally:
+        addon.register()
+    assert hasattr(bpy.types.Scene, "rooks")
+    assert "ROOKS" in bpy.types.RENDER_PT_output.COMPAT_ENGINES

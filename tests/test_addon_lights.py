@@ -1,0 +1,152 @@
+"""Lamps keep Cycles' units: watts, areas, angles, colours and what switches them off."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from mathutils import Euler  # noqa: E402
+
+from core.scene import AreaLight, PointLight, SpotLight, SunLight  # noqa: E402
+from tests.addon_helpers import add, empty_scene, export, feed, lamp  # noqa: E402
+
+has_normalize = pytest.mark.skipif(bpy.app.version < (4, 5), reason="lamps have this from Blender 4.5 on")
+
+
+@pytest.fixture(autouse=True)
+def _scene():
+    empty_scene()
+
+
+def only_light():
+    scene, warnings = export()
+    assert warnings == []
+    (light,) = scene.lights
+    return light
+
+
+def test_point_light():
+    lamp("POINT", 40, location=(1, 2, 3), color=(1, 0.5, 0.25), shadow_soft_size=0.3, use_soft_falloff=False)
+    light = only_light()
+    assert type(light) is PointLight
+    assert light.position == (1, 2, 3)
+    assert light.power == (40, 20, 10)
+    assert light.radius == pytest.approx(0.3)
+    assert (light.soft_falloff, light.cast_shadow, light.name) == (False, True, "Lamp")
+
+
+def test_the_radius_of_a_sphere_ignores_the_scale():
+    lamp("POINT", shadow_soft_size=0.5).scale = (3, 3, 3)
+    assert only_light().radius == 0.5
+
+
+def test_spot_light_keeps_its_cone_and_matrix():
+    spot = lamp("SPOT", 40, spot_size=1.0, spot_blend=0.4)
+    spot.rotation_euler, spot.scale = Euler((0.3, 0.2, 0.1)), (1, 2, 1)
+    light = only_light()
+    assert type(light) is SpotLight
+    assert (light.spot_size, light.blend) == (pytest.approx(1.0), pytest.approx(0.4))
+    bpy.context.view_layer.update()
+    np.testing.assert_array_equal(light.matrix, np.array(spot.matrix_world))
+
+
+@pytest.mark.parametrize(
+    ("shape", "full_v", "kind"),
+    [("SQUARE", 2, "rectangle"), ("RECTANGLE", 3, "rectangle"), ("DISK", 2, "ellipse"), ("ELLIPSE", 3, "ellipse")],
+)
+def test_area_light_has_full_scaled_axes(shape, full_v, kind):
+    lamp("AREA", 10, shape=shape, size=2, size_y=3).scale = (2, 5, 1)
+    light = only_light()
+    assert type(light) is AreaLight
+    assert light.shape == kind
+    np.testing.assert_allclose(light.axis_u, (4, 0, 0))
+    np.testing.assert_allclose(light.axis_v, (0, 5 * full_v, 0))
+    assert light.power == (10, 10, 10)
+
+
+def test_sun_points_back_to_itself_with_its_irradiance():
+    sun = lamp("SUN", 3, color=(1, 1, 0.5), angle=math.radians(2))
+    sun.rotation_euler, sun.scale = Euler((math.pi / 2, 0, 0)), (2, 2, 2)
+    light = only_light()
+    assert type(light) is SunLight
+    np.testing.assert_allclose(light.direction, (0, -1, 0), atol=1e-7)
+    assert light.irradiance == (3, 3, 1.5)
+    assert light.angle == pytest.approx(math.radians(2))
+
+
+@has_normalize
+@pytest.mark.parametrize(
+    ("kind", "properties", "gain"),
+    [
+        ("POINT", {"shadow_soft_size": 0.5}, 4 * math.pi * 0.25),
+        ("POINT", {"shadow_soft_size": 0.0}, 4),
+        ("AREA", {"shape": "RECTANGLE", "size": 2, "size_y": 3}, 6),
+        ("AREA", {"shape": "ELLIPSE", "size": 2, "size_y": 3}, 6 * math.pi / 4),
+        ("SUN", {"angle": 0.2}, math.pi * math.sin(0.1) ** 2),
+        ("SUN", {"angle": 0.0}, 1),
+    ],
+)
+def test_a_lamp_that_is_not_normalized_shines_per_area(kind, properties, gain):
+    lamp(kind, 10, normalize=False, **properties)
+    light = only_light()
+    emitted = light.irradiance if kind == "SUN" else light.power
+    assert emitted == pytest.approx((10 * gain,) * 3, rel=1e-6)
+
+
+@has_normalize
+def test_exposure_and_temperature():
+    tinted = lamp("POINT", 10, exposure=2, use_temperature=True, temperature=3000)
+    assert only_light().power == pytest.approx([40 * c for c in tinted.data.temperature_color], rel=1e-6)
+
+
+def test_a_lamp_without_shadow():
+    lamp("POINT", use_shadow=False)
+    assert only_light().cast_shadow is False
+
+
+def test_lamps_that_shed_no_light_are_left_out():
+    lamp("POINT", 0)
+    lamp("AREA", 10, size=1).scale = (0, 1, 1)
+    lamp("POINT", 10).visible_diffuse = False
+    lamp("POINT", 10).hide_set(True)
+    lamp("POINT", 10, color=(0, 0, 0))
+    assert export()[0].lights == ()
+
+
+def test_instanced_lamps_are_placed_by_their_instances():
+    inner = bpy.data.collections.new("Inner")
+    data = bpy.data.lights.new("Bulb", "POINT")
+    inner.objects.link(bpy.data.objects.new("Bulb", data))
+    for x in (1, 2, 3):
+        add(f"Place {x}", None, location=(x, 0, 0), instance_type="COLLECTION", instance_collection=inner)
+    assert sorted(light.position for light in export()[0].lights) == [(1, 0, 0), (2, 0, 0), (3, 0, 0)]
+
+
+def test_a_narrow_spread_is_named():
+    lamp("AREA", spread=math.radians(90), name="Softbox")
+    assert export()[1] == ['light "Softbox": Rooks lights every direction, as with a spread of 180°, not 90°']
+
+
+def emission_of(light) -> bpy.types.Node:
+    light.use_nodes = True
+    return next(node for node in light.node_tree.nodes if node.type == "EMISSION")
+
+
+def test_constant_emission_node_multiplies():
+    emission = emission_of(lamp("POINT", 10).data)
+    emission.inputs["Color"].default_value = (1, 0.5, 0.25, 1)
+    emission.inputs["Strength"].default_value = 3
+    assert only_light().power == (30, 15, 7.5)
+
+
+def test_other_nodes_of_a_lamp_are_named():
+    emission = emission_of(lamp("POINT", 10, name="Gobo").data)
+    feed(emission.inputs["Color"], "ShaderNodeTexNoise", "Color", name="Clouds")
+    scene, warnings = export()
+    assert scene.lights[0].power == (10, 10, 10)
+    assert len(warnings) == 1
+    assert all(name in warnings[0] for name in ("Gobo", "Clouds"))
