@@ -7,16 +7,21 @@ nothing had happened, so that all of them end in an error report.
 
 from __future__ import annotations
 
+import math
 import sys
+import time
 import traceback
 
 import bpy
 
-from . import watch
+from . import kernels, watch
 from ._core import core
 from .settings import render_settings
 
 ENGINE_ID = "ROOKS"
+
+#: How often the status line is brought up to date, in seconds.
+STATUS_EVERY = 1.0
 
 #: Our passes beside Combined: name, channels, the channels' letters, Blender's kind of pass, and who asks for it.
 PASSES = (
@@ -57,13 +62,13 @@ class RooksRenderEngine(bpy.types.RenderEngine):
             self._fail(f"internal error: {type(error).__name__}: {error}".splitlines()[0])
 
     def _render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        self.update_stats("", "Reading the scene")
         # Here, because Blender's start has no need of it.
         from .export import export_scene
 
         worn = watch.worn()
         resolution = self.resolution_x, self.resolution_y
         settings = render_settings(depsgraph.scene_eval, resolution)
-        self.update_stats("", "Reading the scene")
         scene, warnings = export_scene(depsgraph, resolution)
         for warning in warnings:
             self.report({"WARNING"}, warning)
@@ -71,15 +76,31 @@ class RooksRenderEngine(bpy.types.RenderEngine):
 
         left, bottom = settings.border[:2] if settings.border else (0, 0)
         layer = depsgraph.view_layer_eval.name
-        self.update_stats("", _intention(settings))
+        self.update_stats("", "Loading the renderer")
+        kernels.choose_cache_folder()
+        preparing = "Preparing the scene" if kernels.are_compiled() else "Compiling kernels (first render only)"
+        self.update_stats("", preparing)
+
+        tiles, told = "", -math.inf
 
         def on_tile(tile: core.Tile) -> None:
+            nonlocal tiles
             self._show(tile, tile.x - left, tile.y - bottom, layer)
             self.update_progress(tile.done / tile.total)
+            tiles = f", {tile.done} of {tile.total} tiles"
             worn.on_progress(tile.done, tile.total)
 
-        film = core.render(scene, settings, on_tile, self.test_break)
-        self.update_stats("", f"{_intention(settings)}, {film.samples_per_second / 1e6:.1f} million samples/s")
+        def should_cancel() -> bool:
+            nonlocal told
+            # The core asks this while tiles are rendered. The clock in Blender's status line moves with its text only.
+            if time.monotonic() > told + STATUS_EVERY:
+                told = time.monotonic()
+                self.update_stats("", _intention(settings) + tiles)
+            return self.test_break()
+
+        film = core.render(scene, settings, on_tile, should_cancel)
+        speed = "stopped" if film.cancelled else f"{film.samples_per_second / 1e6:.1f} million samples/s"
+        self.update_stats("", f"{_intention(settings)}, {speed}")
         if film.dropped_samples:
             lost = f"{film.dropped_samples} samples were not finite numbers and were left out"
             self.report({"WARNING"}, lost)
@@ -113,7 +134,7 @@ def sample_text(settings: core.settings.RenderSettings) -> str:
     """The samples per pixel that are taken, and those asked for where they differ."""
     taken = settings.sample_count
     asked = "" if taken == settings.samples else f" ({settings.samples} asked for)"
-    return f"{taken} samples per pixel{asked}"
+    return f"{taken} sample{'s' * (taken != 1)} per pixel{asked}"
 
 
 def _intention(settings: core.settings.RenderSettings) -> str:

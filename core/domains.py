@@ -6,8 +6,10 @@ of (seed, pixel, domain), the next at an odd stride, which visits every set once
 dimensions of one pixel never share a set.
 
 If sample i of one dimension always met sample i of another, their product would be integrated wrongly for ever, or
-converge slowly (the coupling is measured in the tests). So the points inside each set are shuffled once, in every
-table but the pixel's own: there the textbook order is kept, which keeps neighbouring rays together.
+converge slowly (the coupling is measured in the tests). So the points inside each set are put into a random order once.
+For the lights that is the textbook order from a random start: next to all others it is as random as a shuffle, and no
+path carries the light of two lamps, so that what two lamps share is a sum and not a product. In that order a packet's
+16 shadow rays go to neighbouring points of the lamp, and are traced a tenth faster; elsewhere it makes no difference.
 
 The choice depends on the seed and the pixel alone, never on tiles, batches or threads.
 """
@@ -59,15 +61,21 @@ def make_table(domain: str, settings: RenderSettings, dimensions: int, pixels: i
     index = DOMAINS.index(domain)
     rng = np.random.default_rng([settings.seed, index])
     points = SAMPLERS[settings.samplers[domain]](set_count, count, rng)
-    if domain != "pixel":
-        points = shuffle_within_sets(points, rng)
+    points = rotate_sets(points, rng) if domain == "light" else shuffle_sets(points, rng)
     salt = int(rng.integers(1 << 32))
     return PointTable(np.ascontiguousarray(points.transpose(2, 0, 1)), salt)
 
 
-def shuffle_within_sets(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def shuffle_sets(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Put the points of each set, (set_count, count, 2), into a fair random order of its own."""
     order = rng.permuted(np.tile(np.arange(points.shape[1]), (points.shape[0], 1)), axis=1)
+    return np.take_along_axis(points, order[:, :, None], axis=1)
+
+
+def rotate_sets(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Begin each set, (set_count, count, 2), at a random point of its own, and go on in order, round the end."""
+    set_count, count, _ = points.shape
+    order = (np.arange(count) + rng.integers(count, size=(set_count, 1))) % count
     return np.take_along_axis(points, order[:, :, None], axis=1)
 
 

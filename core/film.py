@@ -42,6 +42,7 @@ class Film:
     height: int
     samples: int
     passes: dict[str, np.ndarray] = field(default_factory=dict)
+    finished_pixels: int = 0
     setup_seconds: float = 0.0
     seconds: float = 0.0
     dropped_samples: int = 0
@@ -53,7 +54,7 @@ class Film:
 
     @property
     def samples_per_second(self) -> float:
-        return self.width * self.height * self.samples / self.seconds if self.seconds else 0.0
+        return self.finished_pixels * self.samples / self.seconds if self.seconds else 0.0
 
 
 class TileSums(NamedTuple):

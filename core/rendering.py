@@ -14,13 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .batch import LANES, Batch, new_batch
+from .batch import LANES, PACKET, Batch, new_batch
 from .camera import check_camera, pack_camera
 from .domains import make_table
 from .errors import SceneError, SettingsError
-from .film import PASSES, Film, add_samples, develop, new_tile_sums
+from .film import PASSES, Film, TileSums, add_samples, develop, new_tile_sums
 from .filters import offset_table
 from .integrator import Frame, trace_samples
+from .jit import kernel
 from .lights import pack_lights
 from .packing import PackedScene, pack_scene
 from .scene import Scene
@@ -68,7 +69,7 @@ def render(
     packed = pack_scene(scene, settings.thread_count)
     try:
         frame = _make_frame(scene, settings, packed)
-        _load_kernels(frame, settings)
+        _load_kernels(frame)
         film.setup_seconds = time.perf_counter() - start
         start = time.perf_counter()
         _render_tiles(film, frame, settings, on_tile, should_cancel)
@@ -78,11 +79,10 @@ def render(
     return film
 
 
-def _load_kernels(frame: Frame, settings: RenderSettings) -> None:
-    """Compile the kernels, or load them from the cache, by calling them for no samples."""
-    batch = new_batch(1)
-    trace_samples(batch, frame, np.zeros((1, 2), np.int64), 0, 0)
-    add_samples(new_tile_sums(1), batch, True, 0, settings.sample_count, 0)
+def _load_kernels(frame: Frame) -> None:
+    """Compile the kernels, or load them from the cache, by calling them for no blocks."""
+    no_blocks = np.zeros((0, 2), np.int64)
+    _render_blocks(new_batch(1), frame, no_blocks, new_tile_sums(1), True, np.zeros(1, np.uint8))
 
 
 def _region(scene: Scene, settings: RenderSettings) -> tuple[int, int, int, int]:
@@ -129,7 +129,7 @@ def _render_tiles(
     on_tile: Callable[[Tile], None] | None,
     should_cancel: Callable[[], bool] | None,
 ) -> None:
-    stop = threading.Event()
+    stop = np.zeros(1, np.uint8)  # kernels look at it between batches
     memory = threading.local()
 
     def render_one(bounds: tuple[int, int, int, int]) -> tuple[dict[str, np.ndarray], int] | None:
@@ -147,12 +147,12 @@ def _render_tiles(
                     bounds, (passes, dropped) = waiting.pop(future), future.result()
                     film.dropped_samples += dropped
                     _deliver(film, bounds, passes, len(tiles) - len(waiting), len(tiles), on_tile)
-                if not stop.is_set() and should_cancel is not None and should_cancel():
+                if should_cancel is not None and should_cancel():
                     film.cancelled = True
                     break
         finally:
             # Also where on_tile raises, or Ctrl-C arrives: the threads end within a batch.
-            stop.set()
+            stop[0] = 1
             for future in waiting:
                 future.cancel()
 
@@ -175,7 +175,7 @@ def _render_tile(
     frame: Frame,
     settings: RenderSettings,
     batch: Batch,
-    stop: threading.Event,
+    stop: np.ndarray,
 ) -> tuple[dict[str, np.ndarray], int] | None:
     """Render the blocks that touch `bounds`: their passes and dropped samples; None where it was told to stop."""
     left, bottom, right, top = bounds
@@ -184,19 +184,30 @@ def _render_tile(
     blocks = np.array([(x0 + BLOCK * i, y0 + BLOCK * j) for j in range(rows) for i in range(columns)], np.int64)
     sums = new_tile_sums(len(blocks) * BLOCK * BLOCK)
     samples = settings.sample_count
-    opaque = not settings.film_transparent
-    # A block's 16 pixels times n samples are n whole packets.
-    total = len(blocks) * samples
-    for first in range(0, total, settings.batch_packets):
-        if stop.is_set():
-            return None
-        packets = min(settings.batch_packets, total - first)
-        trace_samples(batch, frame, blocks, first * LANES, packets)
-        add_samples(sums, batch, opaque, first * LANES, samples, packets * LANES)
+    _render_blocks(batch, frame, blocks, sums, not settings.film_transparent, stop)
+    if stop[0]:
+        return None
     window = np.s_[bottom - y0 : top - y0, left - x0 : right - x0]
     counts = _raster(sums.count[:, None], rows, columns)[window]
     dropped = counts.size * samples - int(counts.sum())
     return {name: _raster(values, rows, columns)[window] for name, values in develop(sums).items()}, dropped
+
+
+@kernel
+def _render_blocks(
+    batch: Batch, frame: Frame, blocks: np.ndarray, sums: TileSums, opaque: bool, stop: np.ndarray
+) -> None:
+    """Render all samples of `blocks` (B, 2) batch after batch, as long as `stop` (1,) is 0."""
+    samples = frame.pixel_points.points.shape[2]
+    capacity = len(batch.floats) // PACKET
+    # A block's 16 pixels times n samples are n whole packets.
+    total = len(blocks) * samples
+    for first in range(0, total, capacity):
+        if stop[0]:
+            return
+        packets = min(capacity, total - first)
+        trace_samples(batch, frame, blocks, first * LANES, packets)
+        add_samples(sums, batch, opaque, first * LANES, samples, packets * LANES)
 
 
 def _raster(values: np.ndarray, rows: int, columns: int) -> np.ndarray:
@@ -218,6 +229,7 @@ def _deliver(
     place = np.s_[bottom - film.y : top - film.y, left - film.x : right - film.x]
     for name in PASSES:
         film.passes[name][place] = passes[name]
+    film.finished_pixels += (right - left) * (top - bottom)
     if on_tile is not None:
         tile = {name: np.ascontiguousarray(values) for name, values in passes.items()}
         on_tile(Tile(left, bottom, right - left, top - bottom, tile, done, total))

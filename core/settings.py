@@ -39,7 +39,7 @@ class RenderSettings:
     border: tuple[int, int, int, int] | None = None
     threads: int = 0
     tile_size: int = 64
-    batch_packets: int = 64
+    batch_packets: int = 32
 
     def __post_init__(self) -> None:
         for name in self.samplers.values():

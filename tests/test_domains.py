@@ -83,7 +83,8 @@ def test_wired_to_the_same_set_they_are_coupled(name):
 
 @pytest.mark.parametrize("samples", [16, 64, 256])
 def test_without_the_shuffle_jittered_sets_are_coupled(samples, monkeypatch):
-    monkeypatch.setattr(domains, "shuffle_within_sets", lambda points, rng: points)
+    for order in ("shuffle_sets", "rotate_sets"):
+        monkeypatch.setattr(domains, order, lambda points, rng: points)
     result = coupled("jittered", samples)
     assert result.agrees(TRUE + BIAS * (1 - 1 / samples))
     assert not result.agrees(TRUE)
@@ -103,7 +104,7 @@ def test_two_dimensions_of_one_domain_are_not_coupled():
 def test_shuffling_is_fair_and_its_own_for_each_set():
     """Each point is as likely at each place: χ² over the 5 × 5 counts, and over the 24 orders of 4 points."""
     points = np.broadcast_to(np.arange(5, dtype=np.float32)[None, :, None], (20_000, 5, 2))
-    shuffled = domains.shuffle_within_sets(points, np.random.default_rng(1))[:, :, 0].astype(int)
+    shuffled = domains.shuffle_sets(points, np.random.default_rng(1))[:, :, 0].astype(int)
     assert (np.sort(shuffled, axis=1) == np.arange(5)).all()
     counts = np.array([np.bincount(shuffled[:, place], minlength=5) for place in range(5)])
     assert stats.chi2.sf(((counts - 4000) ** 2 / 4000).sum(), 16) > 1e-3
@@ -112,9 +113,17 @@ def test_shuffling_is_fair_and_its_own_for_each_set():
     assert stats.chisquare(orders).pvalue > 1e-3
 
 
-def test_points_stay_with_their_coordinates():
+def test_a_random_start_is_fair_and_its_own_for_each_set():
+    points = np.broadcast_to(np.arange(5, dtype=np.float32)[None, :, None], (20_000, 5, 2))
+    rotated = domains.rotate_sets(points, np.random.default_rng(1))[:, :, 0].astype(int)
+    assert (np.diff(rotated, axis=1) % 5 == 1).all()
+    assert stats.chisquare(np.bincount(rotated[:, 0])).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("order", [domains.shuffle_sets, domains.rotate_sets])
+def test_points_stay_with_their_coordinates(order):
     points = np.random.default_rng(1).random((7, 12, 2), dtype=np.float32)
-    shuffled = domains.shuffle_within_sets(points, np.random.default_rng(2))
+    shuffled = order(points, np.random.default_rng(2))
     for before, after in zip(points, shuffled, strict=True):
         assert {tuple(point) for point in before} == {tuple(point) for point in after}
         assert not np.array_equal(before, after)
@@ -141,11 +150,13 @@ def test_a_table_holds_whole_sets_of_the_domains_sampler(domain, name):
             assert {tuple(p) for p in table.points[:, chosen].T} == {tuple(p) for p in grid}
 
 
-def test_the_pixels_points_keep_the_textbook_order():
+def test_the_lights_points_keep_the_textbook_order_from_a_random_start():
     settings = RenderSettings(samples=16, sampler="regular")
     in_order = SAMPLERS["regular"](1, 16, np.random.default_rng(1))[0]
-    assert np.array_equal(make_table("pixel", settings, 1, 100).points[:, 5].T, in_order)
-    assert not np.array_equal(make_table("light", settings, 1, 100).points[:, 5].T, in_order)
+    starts = {tuple(in_order[i]): i for i in range(16)}
+    for points in make_table("light", settings, 1, 100).points.transpose(1, 2, 0):
+        assert np.array_equal(points, np.roll(in_order, -starts[tuple(points[0])], axis=0))
+    assert not any(np.array_equal(make_table("pixel", settings, 1, 100).points[:, i].T, in_order) for i in range(9))
 
 
 def test_domains_and_seeds_have_tables_of_their_own():

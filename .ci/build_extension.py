@@ -1,0 +1,107 @@
+"""Build the Blender extension: one zip for each platform, in dist/.
+
+Fetches the wheels that Rooks needs inside Blender into build/wheels/, in the versions that pyproject.toml pins; stages
+the extension's files in build/extension/; packs them with Blender's own builder, which comes with the bpy wheel.
+
+    .venv/bin/python .ci/build_extension.py [PLATFORM...]
+"""
+
+import argparse
+import importlib.util
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+WHEELS = ROOT / "build" / "wheels"
+STAGE = ROOT / "build" / "extension"
+DIST = ROOT / "dist"
+
+#: What a zip holds beside the manifest.
+FILES = ("__init__.py", "LICENSE", "README.md")
+PACKAGES = ("addon", "core")
+NOT_SHIPPED = ("__pycache__", ".*")
+
+#: What Blender does not bring itself. It does bring numpy.
+BUNDLED = ("numba", "llvmlite", "embreex")
+#: Blender up to 5.0 runs Python 3.11 and from 5.1 on 3.13. Debian builds it for its own Python: 3.13, 3.14.
+PYTHONS = ("3.11", "3.13", "3.14")
+#: Blender's name of each platform, and that of its wheels.
+PLATFORMS = {"linux-x64": "manylinux_2_28_x86_64"}
+
+
+def main() -> None:
+    """Build the zips of the platforms named on the command line, or of all."""
+    parser = argparse.ArgumentParser(description="Build the Blender extension into dist/.")
+    parser.add_argument("platforms", nargs="*", metavar="PLATFORM", help=f"one of {', '.join(PLATFORMS)}; default: all")
+    platforms = parser.parse_args().platforms or list(PLATFORMS)
+    if unknown := set(platforms) - set(PLATFORMS):
+        parser.error(f"no such platform: {', '.join(sorted(unknown))}. There are: {', '.join(PLATFORMS)}")
+    for platform in platforms:
+        wheels = [fetch(name, platform, python) for python in PYTHONS for name in BUNDLED]
+        stage(platform, wheels)
+        pack(platform)
+
+
+def fetch(name: str, platform: str, python: str) -> Path:
+    """Return the pinned wheel of a package for one platform and Python, downloaded where it is not there yet."""
+    version = pinned(name)
+    folder = WHEELS / platform / python
+    pattern = f"{name}-{version}-*.whl"
+    if not list(folder.glob(pattern)):
+        print(f"fetching {name} {version} for {platform}, Python {python}", flush=True)
+        options = ["--quiet", "--no-deps", "--only-binary=:all:", "--dest", str(folder)]
+        options += ["--platform", PLATFORMS[platform], "--python-version", python]
+        subprocess.run([sys.executable, "-m", "pip", "download", *options, f"{name}=={version}"], check=True)
+    (wheel,) = folder.glob(pattern)
+    return wheel
+
+
+def pinned(name: str) -> str:
+    """Return the version of a package that pyproject.toml pins."""
+    groups = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["dependency-groups"]
+    return dict(requirement.split("==") for requirement in groups["run"])[name]
+
+
+def stage(platform: str, wheels: list[Path]) -> None:
+    """Lay out in `STAGE` what goes into the zip, the manifest completed."""
+    shutil.rmtree(STAGE, ignore_errors=True)
+    (STAGE / "wheels").mkdir(parents=True)
+    for name in FILES:
+        shutil.copy(ROOT / name, STAGE)
+    for name in PACKAGES:
+        shutil.copytree(ROOT / name, STAGE / name, ignore=shutil.ignore_patterns(*NOT_SHIPPED))
+    for wheel in wheels:
+        (STAGE / "wheels" / wheel.name).hardlink_to(wheel)
+    listed = "".join(f'  "./wheels/{wheel.name}",\n' for wheel in wheels)
+    # Keys of the whole file must stand before its first table.
+    keys, bracket, tables = (ROOT / "blender_manifest.toml").read_text(encoding="utf-8").partition("\n[")
+    manifest = f'{keys}\nplatforms = ["{platform}"]\nwheels = [\n{listed}]\n{bracket}{tables}'
+    (STAGE / "blender_manifest.toml").write_text(manifest, encoding="utf-8")
+
+
+def pack(platform: str) -> None:
+    """Turn `STAGE` into a zip in `DIST`, and let Blender's builder judge it."""
+    manifest = tomllib.loads((STAGE / "blender_manifest.toml").read_text(encoding="utf-8"))
+    target = DIST / f"{manifest['id']}-{manifest['version']}-{platform.replace('-', '_')}.zip"
+    DIST.mkdir(exist_ok=True)
+    builder = [sys.executable, str(blender_builder())]
+    subprocess.run(
+        [*builder, "build", "--source-dir", str(STAGE), "--output-filepath", str(target)],
+        check=True,
+    )
+    subprocess.run([*builder, "validate", str(target)], check=True)
+    print(f"{target.relative_to(ROOT)}: {target.stat().st_size / 1e6:.0f} MB")
+
+
+def blender_builder() -> Path:
+    """Return the program behind `blender --command extension`, which runs on its own."""
+    spec = importlib.util.find_spec("bpy")
+    (program,) = Path(spec.origin).parent.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py")
+    return program
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,160 @@
+"""Try the extension's zip in a real Blender: validate, install, render in the background, fail as one should.
+
+    .venv/bin/python .ci/real_blender.py ZIP BLENDER [ARG...]
+
+BLENDER [ARG...] is the command that starts Blender, in this folder and with the temporary folder in its sight; it is to
+take REAL_BLENDER_HOME as the user's home, so that nothing is left behind.
+"""
+
+import os
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+
+ROOT = Path(__file__).parents[1]
+SCENE = "sample_scenes/still_life.blend"
+EXTENSION = "bl_ext.user_default.rooks"
+ENABLING_MAY_TAKE_MS = 50
+STARTS = 5
+ONE_FRAME = ("--render-frame", "1")
+TWO_FRAMES = ("--frame-start", "1", "--frame-end", "2", "--render-anim")
+
+QUICK = "s = bpy.context.scene; s.render.resolution_percentage = 25; s.rooks.samples = 4"
+TIME_ENABLING = f"""
+import addon_utils, sys, time
+loaded, before = set(sys.modules), time.perf_counter()
+assert addon_utils.enable("{EXTENSION}", default_set=False), "the extension cannot be enabled"
+print("enabled in ms:", 1000 * (time.perf_counter() - before))
+heavy = {{"numpy", "numba", "llvmlite", "embreex"}} & (set(sys.modules) - loaded)
+assert not heavy, f"enabling the extension imports {{heavy}}, which can wait for the first render"
+"""
+
+
+class CheckError(Exception):
+    """A check that did not hold: its text says which."""
+
+
+class Blender:
+    """A Blender that is started anew for every call, with a user folder of its own."""
+
+    def __init__(self, command: list[str], home: Path) -> None:
+        self.command = command
+        self.environment = os.environ | {"REAL_BLENDER_HOME": str(home), "ROOKS_CACHE_DIR": str(home / "kernels")}
+
+    def start(self, *arguments: str) -> tuple[int, str]:
+        """Run Blender to its end, and return its exit code and all that it printed."""
+        result = subprocess.run(
+            [*self.command, *arguments],
+            cwd=ROOT,
+            env=self.environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=600,
+        )
+        return result.returncode, result.stdout
+
+    def succeed(self, *arguments: str) -> str:
+        """Run Blender, which must exit with 0, and return all that it printed."""
+        code, printed = self.start(*arguments)
+        if code:
+            raise CheckError(f"blender {' '.join(arguments)}\nexited with {code}:\n{printed}")
+        return printed
+
+    def render(self, output: Path, change: str = "", frames: tuple[str, ...] = ONE_FRAME) -> tuple[int, str]:
+        """Render the sample scene, small, after running `change` on the scene `s`."""
+        prepare = ("--python-exit-code", "9", "--python-expr", f"import bpy; {QUICK}; {change}")
+        place = ("--render-output", str(output), "--render-format", "OPEN_EXR")
+        return self.start("--background", SCENE, "--engine", "ROOKS", *prepare, *place, *frames)
+
+
+def main() -> None:
+    """Run all checks; exit with 1 and a text at the first that fails."""
+    zip_file, *command = sys.argv[1:]
+    with tempfile.TemporaryDirectory(prefix="rooks-") as folder:
+        home = Path(folder)
+        blender = Blender(command, home)
+        try:
+            installs(blender, zip_file)
+            renders(blender, home)
+            refuses(blender, home)
+            starts_quickly(blender)
+        except CheckError as failure:
+            sys.exit(f"FAILED: {failure}")
+
+
+def installs(blender: Blender, zip_file: str) -> None:
+    """The zip is valid, and can be installed and enabled."""
+    blender.succeed("--command", "extension", "validate", zip_file)
+    blender.succeed("--command", "extension", "install-file", "--repo", "user_default", "--enable", zip_file)
+    listed = blender.succeed("--command", "extension", "list")
+    if not re.search(r"^\s*rooks\b.*\[installed\]", listed, re.MULTILINE):
+        raise CheckError(f"the extension was installed, but is not listed:\n{listed}")
+    print("ok: valid, installed, enabled", flush=True)
+
+
+def renders(blender: Blender, home: Path) -> None:
+    """One frame and a range of frames become pictures; the kernels are kept for the second."""
+    for name, frames, files in (
+        ("frame", ONE_FRAME, ["frame_0001.exr"]),
+        ("range", TWO_FRAMES, ["range_0001.exr", "range_0002.exr"]),
+    ):
+        code, printed = blender.render(home / f"{name}_", frames=frames)
+        if code or "Traceback" in printed:
+            raise CheckError(f"rendering {name} exited with {code}:\n{printed}")
+        for file in files:
+            if not (home / file).exists():
+                raise CheckError(f"rendering {name} wrote no {file}:\n{printed}")
+            check_picture(home / file)
+    print("ok: renders a frame, and a range of frames", flush=True)
+
+
+def check_picture(path: Path) -> None:
+    """A picture has finite pixels that are not all the same."""
+    with OpenEXR.File(str(path)) as exr:
+        pixels = {name: channel.pixels for part in exr.parts for name, channel in part.channels.items()}
+    colour = next((values for name, values in pixels.items() if name.endswith(("RGBA", "RGB"))), None)
+    if colour is None:
+        raise CheckError(f"{path.name} has no colour, only {', '.join(pixels)}")
+    if not np.isfinite(colour).all():
+        raise CheckError(f"{path.name} has pixels that are not finite")
+    if np.ptp(colour[..., :3]) < 0.01:
+        raise CheckError(f"{path.name} has one colour all over: {colour[0, 0]}")
+
+
+def refuses(blender: Blender, home: Path) -> None:
+    """A scene that cannot be rendered exits with an error, names it and writes nothing."""
+    for name, change, says in (
+        ("no camera", "s.camera = None", "camera"),
+        ("panoramic camera", "s.camera.data.type = 'PANO'", "panoramic"),
+    ):
+        code, printed = blender.render(home / f"{name}_", change)
+        if code == 0:
+            raise CheckError(f"a scene with {name} exited with 0:\n{printed}")
+        if "Traceback" in printed or says not in printed.lower():
+            raise CheckError(f"a scene with {name} does not say clearly what is wrong:\n{printed}")
+        if written := [path.name for path in home.glob(f"{name}_*")]:
+            raise CheckError(f"a scene with {name} wrote {', '.join(written)}:\n{printed}")
+    print("ok: exits with an error and writes nothing without a camera, and with a panoramic one", flush=True)
+
+
+def starts_quickly(blender: Blender) -> None:
+    """Enabling the extension costs Blender's start next to nothing, and leaves the heavy imports for later."""
+    script = ("--background", "--factory-startup", "--python-exit-code", "9", "--python-expr", TIME_ENABLING)
+    printed = [blender.succeed(*script) for _ in range(STARTS)]
+    times = [float(re.search(r"enabled in ms: ([\d.]+)", text)[1]) for text in printed]
+    median = statistics.median(times)
+    if median >= ENABLING_MAY_TAKE_MS:
+        raise CheckError(f"enabling takes {median:.0f} ms (median of {STARTS}), more than {ENABLING_MAY_TAKE_MS}")
+    print(f"ok: enabling takes {median:.0f} ms (median of {STARTS}; {ENABLING_MAY_TAKE_MS} allowed)", flush=True)
+
+
+if __name__ == "__main__":
+    main()
