@@ -7,9 +7,10 @@ dimensions of one pixel never share a set.
 
 If sample i of one dimension always met sample i of another, their product would be integrated wrongly for ever, or
 converge slowly (the coupling is measured in the tests). So the points inside each set are put into a random order once.
-For the lights that is the textbook order from a random start: next to all others it is as random as a shuffle, and no
-path carries the light of two lamps, so that what two lamps share is a sum and not a product. In that order a packet's
-16 shadow rays go to neighbouring points of the lamp, and are traced a tenth faster; elsewhere it makes no difference.
+For the lights that is the order of a space-filling curve from a random start: next to all others it is as random as a
+shuffle, and no path carries the light of two lamps, so that what two lamps share is a sum and not a product. In that
+order a packet's 16 shadow rays go to neighbouring points of the lamp, and a picture with several lamps renders a tenth
+faster; elsewhere the order makes no difference.
 
 The choice depends on the seed and the pixel alone, never on tiles, batches or threads.
 """
@@ -61,7 +62,7 @@ def make_table(domain: str, settings: RenderSettings, dimensions: int, pixels: i
     index = DOMAINS.index(domain)
     rng = np.random.default_rng([settings.seed, index])
     points = SAMPLERS[settings.samplers[domain]](set_count, count, rng)
-    points = rotate_sets(points, rng) if domain == "light" else shuffle_sets(points, rng)
+    points = follow_curve(points, rng) if domain == "light" else shuffle_sets(points, rng)
     salt = int(rng.integers(1 << 32))
     return PointTable(np.ascontiguousarray(points.transpose(2, 0, 1)), salt)
 
@@ -72,11 +73,20 @@ def shuffle_sets(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return np.take_along_axis(points, order[:, :, None], axis=1)
 
 
-def rotate_sets(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Begin each set, (set_count, count, 2), at a random point of its own, and go on in order, round the end."""
+def follow_curve(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Order each set, (set_count, count, 2), along the Z-curve (Morton 1966), from a random start round the end."""
     set_count, count, _ = points.shape
-    order = (np.arange(count) + rng.integers(count, size=(set_count, 1))) % count
+    cell = (points * 16).astype(np.uint8)
+    along = np.argsort(_spread_bits(cell[..., 0]) | _spread_bits(cell[..., 1]) << 1, axis=1, kind="stable")
+    turn = (np.arange(count) + rng.integers(count, size=(set_count, 1))) % count
+    order = np.take_along_axis(along, turn, axis=1)
     return np.take_along_axis(points, order[:, :, None], axis=1)
+
+
+def _spread_bits(number: np.ndarray) -> np.ndarray:
+    """Put a zero before each of 4 bits: abcd becomes 0a0b0c0d."""
+    number = (number | number << 2) & 0x33
+    return (number | number << 1) & 0x55
 
 
 @device

@@ -83,7 +83,7 @@ def test_wired_to_the_same_set_they_are_coupled(name):
 
 @pytest.mark.parametrize("samples", [16, 64, 256])
 def test_without_the_shuffle_jittered_sets_are_coupled(samples, monkeypatch):
-    for order in ("shuffle_sets", "rotate_sets"):
+    for order in ("shuffle_sets", "follow_curve"):
         monkeypatch.setattr(domains, order, lambda points, rng: points)
     result = coupled("jittered", samples)
     assert result.agrees(TRUE + BIAS * (1 - 1 / samples))
@@ -114,13 +114,20 @@ def test_shuffling_is_fair_and_its_own_for_each_set():
 
 
 def test_a_random_start_is_fair_and_its_own_for_each_set():
-    points = np.broadcast_to(np.arange(5, dtype=np.float32)[None, :, None], (20_000, 5, 2))
-    rotated = domains.rotate_sets(points, np.random.default_rng(1))[:, :, 0].astype(int)
-    assert (np.diff(rotated, axis=1) % 5 == 1).all()
-    assert stats.chisquare(np.bincount(rotated[:, 0])).pvalue > 1e-3
+    points = np.broadcast_to(np.arange(5, dtype=np.float32)[None, :, None] / 5, (20_000, 5, 2))
+    followed = np.rint(domains.follow_curve(points, np.random.default_rng(1))[:, :, 0] * 5).astype(int)
+    assert (np.diff(followed, axis=1) % 5 == 1).all()
+    assert stats.chisquare(np.bincount(followed[:, 0])).pvalue > 1e-3
 
 
-@pytest.mark.parametrize("order", [domains.shuffle_sets, domains.rotate_sets])
+def test_along_the_curve_four_neighbours_fill_a_square():
+    (points,) = domains.follow_curve(SAMPLERS["regular"](1, 16, np.random.default_rng(1)), np.random.default_rng(3))
+    start = next(i for i, point in enumerate(points) if tuple(point) == (0.125, 0.125))
+    quarters = np.roll(points, -start, axis=0).reshape(4, 4, 2)
+    assert np.array_equal(np.ptp(quarters, axis=1), np.full((4, 2), 0.25))
+
+
+@pytest.mark.parametrize("order", [domains.shuffle_sets, domains.follow_curve])
 def test_points_stay_with_their_coordinates(order):
     points = np.random.default_rng(1).random((7, 12, 2), dtype=np.float32)
     shuffled = order(points, np.random.default_rng(2))
@@ -148,15 +155,6 @@ def test_a_table_holds_whole_sets_of_the_domains_sampler(domain, name):
         grid = SAMPLERS[name](1, count, np.random.default_rng(1))[0]
         for chosen in (0, set_count - 1):
             assert {tuple(p) for p in table.points[:, chosen].T} == {tuple(p) for p in grid}
-
-
-def test_the_lights_points_keep_the_textbook_order_from_a_random_start():
-    settings = RenderSettings(samples=16, sampler="regular")
-    in_order = SAMPLERS["regular"](1, 16, np.random.default_rng(1))[0]
-    starts = {tuple(in_order[i]): i for i in range(16)}
-    for points in make_table("light", settings, 1, 100).points.transpose(1, 2, 0):
-        assert np.array_equal(points, np.roll(in_order, -starts[tuple(points[0])], axis=0))
-    assert not any(np.array_equal(make_table("pixel", settings, 1, 100).points[:, i].T, in_order) for i in range(9))
 
 
 def test_domains_and_seeds_have_tables_of_their_own():
