@@ -45,7 +45,10 @@ def check_writable(path: Path) -> None:
             raise OutputError(f"cannot write {path}: the folder {folder} does not exist, make it first")
         if path.is_dir():
             raise OutputError(f"cannot write {path}: it is a folder, choose another name for the picture")
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror}") from None
+    try:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror}") from None
+        raise OutputError(f"cannot write into the folder {folder}: {error.strerror}") from None
