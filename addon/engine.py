@@ -92,8 +92,8 @@ class RooksRenderEngine(bpy.types.RenderEngine):
 
         def should_cancel() -> bool:
             nonlocal told
-            # The core asks this while tiles are rendered. The clock in Blender's status line moves with its text only.
-            if time.monotonic() > told + STATUS_EVERY:
+            # The clock in Blender's status line moves with its text only.
+            if tiles and time.monotonic() > told + STATUS_EVERY:
                 told = time.monotonic()
                 self.update_stats("", _intention(settings) + tiles)
             return self.test_break()

@@ -69,20 +69,31 @@ def render(
     packed = pack_scene(scene, settings.thread_count)
     try:
         frame = _make_frame(scene, settings, packed)
-        _load_kernels(frame)
+        film.cancelled = not _load_kernels(frame, should_cancel)
         film.setup_seconds = time.perf_counter() - start
         start = time.perf_counter()
-        _render_tiles(film, frame, settings, on_tile, should_cancel)
+        if not film.cancelled:
+            _render_tiles(film, frame, settings, on_tile, should_cancel)
         film.seconds = time.perf_counter() - start
     finally:
         packed.embree.close()
     return film
 
 
-def _load_kernels(frame: Frame) -> None:
-    """Compile the kernels, or load them from the cache, by calling them for no blocks."""
+def _load_kernels(frame: Frame, should_cancel: Callable[[], bool] | None) -> bool:
+    """Compile the kernels, or load them from the cache, by calling them for no blocks. False where it was cancelled.
+
+    Compiling takes many seconds and cannot be stopped: it goes on by itself then, for the benefit of the next render.
+    """
     no_blocks = np.zeros((0, 2), np.int64)
-    _render_blocks(new_batch(1), frame, no_blocks, new_tile_sums(1), True, np.zeros(1, np.uint8))
+    pool = ThreadPoolExecutor(1, "rooks-compile")
+    loading = pool.submit(_render_blocks, new_batch(1), frame, no_blocks, new_tile_sums(1), True, np.zeros(1, np.uint8))
+    pool.shutdown(wait=False)
+    while not wait([loading], timeout=POLL).done:
+        if should_cancel is not None and should_cancel():
+            return False
+    loading.result()
+    return True
 
 
 def _region(scene: Scene, settings: RenderSettings) -> tuple[int, int, int, int]:

@@ -26,6 +26,7 @@ from core import (
     SettingsError,
     SunLight,
     render,
+    rendering,
 )
 from core.film import PASSES
 from core.samplers import SAMPLERS
@@ -402,3 +403,16 @@ def test_the_sampling_error_pass_is_the_means_standard_deviation(renders):
 
 def test_one_sample_claims_no_error():
     assert (penumbra("random", 1, samples=1)[1] == 0).all()
+
+
+def test_a_render_can_be_cancelled_while_its_kernels_load(monkeypatch):
+    """Compiling takes seconds: asked to stop meanwhile, a first render comes back, and the next one is right."""
+    compiled = rendering._render_blocks
+    monkeypatch.setattr(rendering, "_render_blocks", lambda *arguments: time.sleep(0.5))
+    start = time.perf_counter()
+    film = render(still_life(), RenderSettings(samples=1), should_cancel=lambda: True)
+    assert time.perf_counter() - start < 0.5
+    assert film.cancelled
+    assert film.finished_pixels == 0
+    monkeypatch.setattr(rendering, "_render_blocks", compiled)
+    assert not render(still_life(), RenderSettings(samples=1)).cancelled
