@@ -9,8 +9,7 @@ If sample i of one dimension always met sample i of another, their product would
 converge slowly (the coupling is measured in the tests). So the points inside each set are put into a random order once.
 For the lights that is the order of a space-filling curve from a random start: next to all others it is as random as a
 shuffle, and no path carries the light of two lamps, so that what two lamps share is a sum and not a product. In that
-order a packet's 16 shadow rays go to neighbouring points of the lamp, and a picture with several lamps renders a tenth
-faster; elsewhere the order makes no difference.
+order a packet's 16 shadow rays go to neighbouring points of the lamp, and are traced together in less time.
 
 The choice depends on the seed and the pixel alone, never on tiles, batches or threads.
 """
@@ -30,7 +29,8 @@ from .settings import RenderSettings
 DOMAINS = ("pixel", "lens", "light", "bsdf")
 
 #: Points per table. The sets of a table are all that a picture ever sees of a sampler, so they bound how well the mean
-#: over the whole picture can converge: at 2^18 points even random ones are within 0.2 % of a standard deviation.
+#: over the whole picture can converge: at 2^18 points even random ones are within 0.2 % of a standard deviation. (A
+#: small part of the picture sees each set more than once where a pixel has thousands of samples.)
 TABLE_POINTS = 1 << 18
 #: A table beyond this is a mistake in the settings rather than a wish.
 MAX_TABLE_BYTES = 1 << 31

@@ -110,6 +110,7 @@ class EmbreeScene:
         self._device = lib.rtcNewDevice(f"threads={threads},set_affinity=0".encode())
         if not self._device:
             raise RooksError(f"Embree cannot start on this processor (error {lib.rtcGetDeviceError(None)})")
+        assert lib.rtcGetDeviceProperty(self._device, _DEVICE_VERSION_MAJOR) == 4, "the ray layouts are Embree 4's"
         self._scene = lib.rtcNewScene(self._device)
         lib.rtcSetSceneFlags(self._scene, _SCENE_FLAG_ROBUST)
         for index, entry in enumerate(entries):
@@ -121,6 +122,7 @@ class EmbreeScene:
         lib.rtcCommitScene(self._scene)
         error = lib.rtcGetDeviceError(self._device)
         if error:
+            self.close()
             raise RooksError(f"Embree could not build the scene (error {error}; 4 is out of memory)")
         # RTCIntersectArguments: flags, then a feature mask of all ones; every pointer null.
         self._arguments = np.zeros((2, 16), np.uint32)
@@ -173,9 +175,15 @@ def load_library() -> ctypes.CDLL | None:
         RooksError: embreex is not installed.
     """
     path = library_path()
-    if path is None:
-        _tell_llvm(CALLBACKS)
-        return None
+    try:
+        lib = None if path is None else _open_library(path)
+    except (OSError, AttributeError):  # it does not load, or lacks a function
+        lib = None
+    _tell_llvm(CALLBACKS if lib is None else {name: getattr(lib, name) for name in _TRACING})
+    return lib
+
+
+def _open_library(path: Path) -> ctypes.CDLL:
     # On Linux, Blender's own programs load another Embree for all to see; ours must bind to itself.
     lib = ctypes.CDLL(str(path), mode=getattr(os, "RTLD_DEEPBIND", 0) | getattr(os, "RTLD_NOW", 0))
     pointer, number = ctypes.c_void_p, ctypes.c_uint
@@ -203,7 +211,6 @@ def load_library() -> ctypes.CDLL | None:
     for name, (result, arguments) in signatures.items():
         function = getattr(lib, name)
         function.restype, function.argtypes = result, arguments
-    _tell_llvm({name: getattr(lib, name) for name in _TRACING})
     return lib
 
 

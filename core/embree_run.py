@@ -123,7 +123,7 @@ def _build(entries: Sequence[PlacedTriangles], mask: int) -> tuple:
     placements = [index for index, entry in enumerate(entries) if entry.mask & mask]
     if not placements:
         return None, placements
-    scene = EmbreeScene()
+    scene = EmbreeScene(robust=True)
     for index in placements:
         entry = entries[index]
         vertices = entry.vertices

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import secrets
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,22 +20,16 @@ def replacing(path: Path) -> Iterator[Path]:
         OutputError: the folder does not exist or cannot be written to.
     """
     check_writable(path)
-    temporary = None
+    temporary = path.with_name(f".rooks-{secrets.token_hex(8)}{path.suffix}")
     try:
-        handle, name = tempfile.mkstemp(prefix=".rooks-", suffix=path.suffix, dir=path.parent)
-        os.close(handle)
-        temporary = Path(name)
+        # Exclusive, and with the rights that the user's own mask gives to new files.
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         yield temporary
-        # mkstemp makes files that only their owner can read; a picture follows the user's own mask.
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)
         temporary.replace(path)
     except (OSError, RuntimeError) as error:
         raise OutputError(f"cannot write {path}: {error}") from error
     finally:
-        if temporary is not None:
-            temporary.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
 def check_writable(path: Path) -> None:

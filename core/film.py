@@ -31,9 +31,10 @@ class Film:
     `passes` maps each name in `PASSES` to float32 (height, width, channels), bottom row first. Combined is scene-linear
     Rec.709 with premultiplied alpha; Depth is in metres along the view axis; Normal is the mean of the world-space
     shading normals; Sampling Error is the standard error that the pixel's mean would have if its samples were
-    independent: exact for random samples, an upper bound for stratified ones, 0 where there is but one sample.
-    `x` and `y` are the lower left pixel of the film in the full frame. `dropped_samples` counts samples that were not
-    finite numbers: they are left out of the mean.
+    independent: right for random samples, mostly too large for stratified ones, without meaning for regular and
+    Hammersley points (which can all agree and all be wrong), 0 where there is but one sample.
+    `x` and `y` are the lower left pixel of the film in the full frame, whose size `resolution` is. `dropped_samples`
+    counts samples that were not finite numbers: they are left out of the mean.
     """
 
     x: int
@@ -41,6 +42,7 @@ class Film:
     width: int
     height: int
     samples: int
+    resolution: tuple[int, int]
     passes: dict[str, np.ndarray] = field(default_factory=dict)
     finished_pixels: int = 0
     setup_seconds: float = 0.0

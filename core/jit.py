@@ -22,19 +22,15 @@ FAST_MATH = {"contract", "reassoc", "nsz", "arcp"}
 
 @functools.cache
 def cache_folder() -> Path:
-    """The folder of compiled kernels: below `ROOKS_CACHE_DIR`, else the user's cache folder, else a temporary one."""
+    """The folder of compiled kernels: below `ROOKS_CACHE_DIR` or the user's cache folder, else a temporary one."""
     digest = hashlib.blake2b(digest_size=8)
     for source in sorted(Path(__file__).parent.rglob("*.py")):
         digest.update(source.read_bytes())
-    bases = [Path(tempfile.gettempdir()) / "rooks-cache"]
-    if "HOME" in os.environ or os.name == "nt":
-        bases.insert(0, Path.home() / ".cache" / "rooks")
-    if "ROOKS_CACHE_DIR" in os.environ:
-        bases.insert(0, Path(os.environ["ROOKS_CACHE_DIR"]))
-    for base in bases:
-        folder = base / digest.hexdigest()
-        if _can_write(folder):
-            return folder
+    chosen = os.environ.get("ROOKS_CACHE_DIR")
+    folder = (Path(chosen) if chosen else Path("~/.cache/rooks").expanduser()) / digest.hexdigest()
+    if _can_write(folder):
+        return folder
+    # A new folder of this process's own: what lies in a shared one could be somebody else's code.
     return Path(tempfile.mkdtemp(prefix="rooks-cache-"))
 
 

@@ -113,6 +113,8 @@ def _check_light(light: Light) -> None:
             raise SceneError(f"lamp {light.name!r}: a sun's direction must not be zero")
     elif isinstance(light, PointLight) and light.radius < 0:
         raise SceneError(f"lamp {light.name!r}: its radius must not be negative")
+    elif isinstance(light, AreaLight) and light.shape not in ("rectangle", "ellipse"):
+        raise SceneError(f"lamp {light.name!r}: its shape is {light.shape!r}, choose rectangle or ellipse")
 
 
 def _strength(light: Light) -> tuple[float, float, float]:

@@ -26,7 +26,15 @@ def write_exr(path: str | Path, film: Film, metadata: dict[str, str | int | floa
         for index, letter in enumerate(letters):
             # OpenEXR keeps the top row first.
             channels[prefix + letter] = np.ascontiguousarray(film.passes[name][::-1, :, index])
-    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    width, height = film.resolution
+    # Where the film lies in the full frame, counted from its upper left pixel.
+    first = film.x, height - film.y - film.height
+    header = {
+        "compression": OpenEXR.ZIP_COMPRESSION,
+        "type": OpenEXR.scanlineimage,
+        "displayWindow": ((0, 0), (width - 1, height - 1)),
+        "dataWindow": (first, (first[0] + film.width - 1, first[1] + film.height - 1)),
+    }
     header |= {f"rooks:{key}": value for key, value in metadata.items()}
     with replacing(Path(path)) as temporary:
         OpenEXR.File(header, channels).write(str(temporary))

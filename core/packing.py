@@ -92,8 +92,8 @@ def pack_scene(scene: Scene, threads: int) -> PackedScene:
     for mesh in meshes:
         _check_mesh(mesh)
     for instance in instances:
-        if not np.isfinite(instance.matrix).all():
-            raise SceneError(f"{_name(instance)}: its matrix holds numbers that are not finite")
+        if np.shape(instance.matrix) != (4, 4) or not np.isfinite(instance.matrix).all():
+            raise SceneError(f"{_name(instance)}: its matrix is not one of 4 × 4 finite numbers")
     center = _center(instances)
     uses = Counter(id(instance.mesh) for instance in instances)
     alone = {id(instance.mesh): instance for instance in instances if uses[id(instance.mesh)] == 1}
@@ -122,7 +122,7 @@ def affine(matrix: np.ndarray, center: np.ndarray | None = None) -> np.ndarray:
 
 
 def _name(instance: Instance) -> str:
-    return f"object {instance.name or instance.mesh.name!r}"
+    return f"object {(instance.name or instance.mesh.name)!r}"
 
 
 def _check_mesh(mesh: Mesh) -> None:
@@ -272,17 +272,15 @@ def _pack_placements(
 def _pack_materials(placed: list[Material]) -> tuple[dict, dict]:
     unique = list({id(material): material for material in placed}.values())
     index = {id(material): i for i, material in enumerate(unique)}
-    textures: list[Texture] = []
+    values = [value for material in unique for value in (material.albedo, material.emission)]
+    textures = list({id(value): value for value in values if isinstance(value, Checker | ImageTexture)}.values())
+    texture_index = {id(texture): i for i, texture in enumerate(textures)}
 
     def texture_of(value: Color | Texture) -> int:
-        if isinstance(value, tuple):
-            return NONE
-        if not any(value is texture for texture in textures):
-            textures.append(value)
-        return next(i for i, texture in enumerate(textures) if value is texture)
+        return texture_index.get(id(value), NONE)
 
     def constant(value: Color | Texture) -> Color:
-        return value if isinstance(value, tuple) else (1.0, 1.0, 1.0)
+        return (1.0, 1.0, 1.0) if id(value) in texture_index else value
 
     for material in unique:
         colors = (constant(material.albedo), constant(material.emission), material.emission_strength)
@@ -302,6 +300,9 @@ def _pack_materials(placed: list[Material]) -> tuple[dict, dict]:
 
 def _pack_textures(textures: list[Texture]) -> dict:
     count = len(textures)
+    for texture in textures:
+        if texture.coordinates not in _COORDINATES:
+            raise SceneError(f"a texture's coordinates are {texture.coordinates!r}: choose {', '.join(_COORDINATES)}")
     fields = {
         "texture_kind": np.zeros(count, np.int64),
         "texture_space": np.array([_COORDINATES[texture.coordinates] for texture in textures], np.int64),

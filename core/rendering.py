@@ -65,7 +65,7 @@ def render(
     if not np.isfinite(scene.world).all():
         raise SceneError("the world's colour is not a finite number")
     left, bottom, right, top = _region(scene, settings)
-    film = Film(left, bottom, right - left, top - bottom, settings.sample_count)
+    film = _new_film(left, bottom, right, top, scene, settings)
     packed = pack_scene(scene, settings.thread_count)
     try:
         frame = _make_frame(scene, settings, packed)
@@ -78,6 +78,13 @@ def render(
     finally:
         packed.embree.close()
     return film
+
+
+def _new_film(left: int, bottom: int, right: int, top: int, scene: Scene, settings: RenderSettings) -> Film:
+    try:
+        return Film(left, bottom, right - left, top - bottom, settings.sample_count, scene.camera.resolution)
+    except MemoryError:
+        raise SettingsError(f"a picture of {right - left} × {top - bottom} pixels does not fit into memory") from None
 
 
 def _load_kernels(frame: Frame, should_cancel: Callable[[], bool] | None) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 from dataclasses import dataclass
 from typing import Literal
@@ -45,12 +46,14 @@ class RenderSettings:
         for name in self.samplers.values():
             if name not in SAMPLERS:
                 raise SettingsError(f"unknown sampler {name!r}: choose one of {', '.join(SAMPLERS)}")
-        _check_range("samples", self.samples, 1, MAX_SAMPLES)
-        _check_range("seed", self.seed, 0, 2**31 - 1)
-        _check_range("max bounces", self.max_bounces, 0, MAX_BOUNCES)
-        _check_range("threads", self.threads, 0, 1024)
-        _check_range("tile size", self.tile_size, 4, 4096)
-        _check_range("batch packets", self.batch_packets, 1, 4096)
+        _check_integer("samples", self.samples, 1, MAX_SAMPLES)
+        _check_integer("seed", self.seed, 0, 2**31 - 1)
+        _check_integer("max bounces", self.max_bounces, 0, MAX_BOUNCES)
+        _check_integer("threads", self.threads, 0, 1024)
+        _check_integer("tile size", self.tile_size, 4, 4096)
+        _check_integer("batch packets", self.batch_packets, 1, 4096)
+        for edge in self.border or ():
+            _check_integer("border", edge, 0, 1 << 20)
         _check_range("filter width", self.filter_width, 0.01, 10)
         if self.pixel_filter not in ("box", "blackman_harris"):
             raise SettingsError(f"unknown pixel filter {self.pixel_filter!r}: choose box or blackman_harris")
@@ -83,6 +86,14 @@ def available_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def _check_integer(name: str, value: int, low: int, high: int) -> None:
+    try:
+        operator.index(value)
+    except TypeError:
+        raise SettingsError(f"{name} must be a whole number, not {value!r}") from None
+    _check_range(name, value, low, high)
 
 
 def _check_range(name: str, value: float, low: float, high: float) -> None:

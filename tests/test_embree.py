@@ -285,3 +285,14 @@ def test_without_embrees_c_functions_the_answers_are_the_same():
     assert run.returncode == 0, run.stdout
     assert "passed" in run.stdout
     assert "Exception ignored" not in run.stdout + run.stderr, run.stdout
+
+
+def test_a_library_that_does_not_load_is_as_good_as_none(tmp_path):
+    (tmp_path / "libembree4.so").write_text("not a library")
+    code = (
+        "import sys, pathlib, core.embree\n"
+        "core.embree.library_path = lambda: pathlib.Path(sys.argv[1])\n"
+        "assert core.embree.load_library() is None"
+    )
+    command = [sys.executable, "-c", code, str(tmp_path / "libembree4.so")]
+    subprocess.run(command, cwd=Path(__file__).parent.parent, check=True)

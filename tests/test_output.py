@@ -20,7 +20,7 @@ def film() -> Film:
     rng = np.random.default_rng(1)
     passes = {name: rng.normal(0, 1e3, (3, 5, len(c))).astype(np.float32) for name, c in PASSES.items()}
     passes["Depth"][0, 0] = 1e10
-    return Film(0, 0, 5, 3, 16, passes)
+    return Film(0, 0, 5, 3, 16, (5, 3), passes)
 
 
 def channels_of(path) -> tuple[dict, dict]:
@@ -127,3 +127,11 @@ def test_a_name_too_long_for_the_disk_is_an_output_error(tmp_path, film):
     with pytest.raises(OutputError, match="cannot write"):
         write_exr(tmp_path / name, film, {})
     assert not list(tmp_path.iterdir())
+
+
+def test_a_part_of_the_frame_says_where_it_lies(tmp_path):
+    write_exr(tmp_path / "part.exr", Film(2, 1, 5, 3, 16, (20, 10)), {})
+    with OpenEXR.File(str(tmp_path / "part.exr")) as file:
+        windows = [[tuple(map(int, corner)) for corner in file.header()[k]] for k in ("displayWindow", "dataWindow")]
+    # OpenEXR counts rows from the top: the film's 3 rows above the lowest are rows 6 to 8 of 10.
+    assert windows == [[(0, 0), (19, 9)], [(2, 6), (6, 8)]]

@@ -408,10 +408,10 @@ def test_one_sample_claims_no_error():
 def test_a_render_can_be_cancelled_while_its_kernels_load(monkeypatch):
     """Compiling takes seconds: asked to stop meanwhile, a first render comes back, and the next one is right."""
     compiled = rendering._render_blocks
-    monkeypatch.setattr(rendering, "_render_blocks", lambda *arguments: time.sleep(0.5))
+    monkeypatch.setattr(rendering, "_render_blocks", lambda *arguments: time.sleep(4))
     start = time.perf_counter()
     film = render(still_life(), RenderSettings(samples=1), should_cancel=lambda: True)
-    assert time.perf_counter() - start < 0.5
+    assert time.perf_counter() - start < 3
     assert film.cancelled
     assert film.finished_pixels == 0
     monkeypatch.setattr(rendering, "_render_blocks", compiled)

@@ -25,7 +25,7 @@ def generate(set_count: int, count: int, rng: np.random.Generator) -> np.ndarray
 SAMPLER = Sampler(
     name="n_rooks",
     label="N-Rooks",
-    description="One point in each row and each column of a fine grid. Perfectly even along each axis, best for "
+    description="One point in each row and each column of a fine grid. Perfectly even along each axis, good for "
     "horizontal and vertical edges, but little better than random over the square",
     number=3,
     origin="Shirley, 1991",
