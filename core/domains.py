@@ -51,6 +51,8 @@ def make_table(domain: str, settings: RenderSettings, dimensions: int, pixels: i
     Raises:
         SettingsError: the table would not fit into memory.
     """
+    if dimensions == 0:
+        return PointTable(np.zeros((2, 1, 1), np.float32), 0)  # nobody looks anything up
     count = settings.sample_count
     wanted = max(dimensions, min(pixels * dimensions, TABLE_POINTS // count), 16)
     set_count = 1 << (wanted - 1).bit_length()

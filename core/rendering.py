@@ -112,7 +112,7 @@ def _region(scene: Scene, settings: RenderSettings) -> tuple[int, int, int, int]
 
 
 def _make_frame(scene: Scene, settings: RenderSettings, packed: PackedScene) -> Frame:
-    """Everything that the kernels share. A domain that the scene does not use gets a table of the smallest size."""
+    """Everything that the kernels share. A domain that the scene does not use has an empty table."""
     camera = pack_camera(scene.camera, packed.center, offset_table(settings))
     lights = pack_lights(scene.lights, packed.center)
     world_shines = any(scene.world)
