@@ -34,7 +34,8 @@ from .batch import (
     Z,
 )
 from .jit import device, kernel
-from .packing import GENERATED, NONE, OBJECT, SceneArrays
+from .packed_materials import GENERATED, NONE, OBJECT
+from .packing import SceneArrays
 from .textures import texture_color
 
 #: The step off a surface, as a share of the coordinates that went into the hit. Interpolating three vertices and

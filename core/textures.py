@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from .jit import device
-from .packing import CHECKER, CLIP, EXTEND, IMAGE_SRGB_BYTES, MIRROR, REPEAT, SceneArrays
+from .packed_materials import CHECKER, CLIP, EXTEND, IMAGE_SRGB_BYTES, MIRROR, REPEAT
+from .packing import SceneArrays
 
 _ONE, _HALF = np.float32(1), np.float32(0.5)
 
