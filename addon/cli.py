@@ -16,6 +16,8 @@ from pathlib import Path
 from ._core import core
 
 PROGRAM = "rooks"
+#: Blender's own limit.
+MAX_FRAME = 1048574
 DOMAINS = {"pixel": "the area of a pixel", "lens": "the lens", "light": "the lights", "bsdf": "the surfaces"}
 
 
@@ -69,7 +71,7 @@ def _add_render(commands: argparse._SubParsersAction) -> None:
         ".tif, .webp, .bmp, .tga and .hdr are what Blender's render window shows; a folder gets NAME.exr and NAME.png. "
         "May be given several times",
     )
-    parser.add_argument("--frame", type=int, metavar="N", help="the frame of the animation")
+    parser.add_argument("--frame", type=_integer(-MAX_FRAME, MAX_FRAME), metavar="N", help="the frame of the animation")
     names = list(core.samplers.SAMPLERS)
     parser.add_argument("--sampler", type=_sampler, metavar="NAME", help=f"the sampler: {', '.join(names)}")
     for domain, place in DOMAINS.items():

@@ -8,7 +8,6 @@ nothing had happened, so that all of them end in an error report.
 from __future__ import annotations
 
 import math
-import sys
 import time
 import traceback
 
@@ -40,9 +39,6 @@ class RooksRenderEngine(bpy.types.RenderEngine):
     bl_use_shading_nodes_custom = False
     bl_use_eevee_viewport = True
 
-    def __init__(self, *args, **kwargs) -> None:
-        super().__init__(*args, **kwargs)
-
     def update_render_passes(self, scene: bpy.types.Scene = None, renderlayer: bpy.types.ViewLayer = None) -> None:
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
         for name, channels, letters, kind, is_wanted in PASSES:
@@ -58,7 +54,7 @@ class RooksRenderEngine(bpy.types.RenderEngine):
             watch.worn().interrupted = True
             self._fail("interrupted")
         except Exception as error:
-            traceback.print_exc(file=sys.stderr)
+            traceback.print_exc(file=watch.worn().err)
             self._fail(f"internal error: {type(error).__name__}: {error}".splitlines()[0])
 
     def _render(self, depsgraph: bpy.types.Depsgraph) -> None:

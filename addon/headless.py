@@ -37,6 +37,10 @@ def render_files(options: argparse.Namespace) -> int:
     plans = {blend: plan_outputs(blend, options.output, len(options.files)) for blend in options.files}
     for blend in plans:
         _check_blend(blend)
+    paths = [path for planned in plans.values() for path in planned]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise core.errors.OutputError(f"two pictures would be saved as {path}: give one file another folder")
     with quiet_blender() as console:
         _start_blender()
         try:
@@ -51,20 +55,21 @@ def render_files(options: argparse.Namespace) -> int:
 def quiet_blender() -> Iterator[Console]:
     """Send what Blender's own code prints, to stdout and stderr, to nowhere.
 
-    Blender writes to the file descriptors 1 and 2. They are pointed elsewhere meanwhile; `Console` is the real ones.
+    Blender writes to the file descriptors 1 and 2, and operators' reports to Python's streams. All are pointed
+    elsewhere meanwhile; `Console` is the real ones.
     """
     sys.stdout.flush()
     sys.stderr.flush()
     saved = os.dup(1), os.dup(2)
     python_streams = sys.stdout, sys.stderr
     with (
-        tempfile.TemporaryFile() as sink,
+        tempfile.TemporaryFile("w", errors="replace") as sink,
         os.fdopen(os.dup(saved[0]), "w", buffering=1) as out,
         os.fdopen(os.dup(saved[1]), "w", buffering=1) as err,
     ):
         os.dup2(sink.fileno(), 1)
         os.dup2(sink.fileno(), 2)
-        sys.stdout, sys.stderr = out, err
+        sys.stdout = sys.stderr = sink
         try:
             yield Console(out, err)
         finally:
@@ -130,6 +135,11 @@ def _prepare(scene, options: argparse.Namespace) -> None:
     """Set what the command asks for, in memory only."""
     scene.render.engine = ENGINE_ID
     scene.render.use_sequencer = False
+    scene.render.use_compositing = False  # its File Output nodes would write files that nobody asked for
+    # Blender would keep the path of the .blend, the date and more in the picture.
+    for name in scene.render.bl_rna.properties.keys():  # noqa: SIM118 - a collection of Blender's, not a dict
+        if name.startswith("use_stamp"):
+            setattr(scene.render, name, False)
     if options.frame is not None:
         scene.frame_set(options.frame)
     if options.resolution is not None:
@@ -169,7 +179,7 @@ def _render(scene, blend: Path, console: Console) -> Watch:
     layers = [layer for layer in scene.view_layers if layer.use]
     for layer in layers[1:]:
         layer.use = False
-    with _progress(blend.name, console) as on_progress, watching(Watch(on_progress)) as watch:
+    with _progress(blend.name, console) as on_progress, watching(Watch(on_progress, console.err)) as watch:
         try:
             bpy.ops.render.render()
         except RuntimeError as error:
@@ -192,7 +202,16 @@ def _progress(name: str, console: Console):
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"))
     times = (TimeElapsedColumn(), TimeRemainingColumn())
     screen = RichConsole(file=console.err)
-    with Progress(*columns, *times, console=screen, transient=True, disable=not screen.is_terminal) as progress:
+    progress = Progress(
+        *(*columns, *times),
+        console=screen,
+        transient=True,
+        disable=not screen.is_terminal,
+        # What is printed elsewhere is Blender's chatter.
+        redirect_stdout=False,
+        redirect_stderr=False,
+    )
+    with progress:
         task = progress.add_task(name, total=None)
         yield lambda done, total: progress.update(task, completed=done, total=total)
 
@@ -235,6 +254,7 @@ def _save_display(scene, path: Path) -> None:
     image_format = scene.render.image_settings
     file_format = DISPLAY_FORMATS[path.suffix.lower()]
     choose_file_format(image_format, file_format)
+    image_format.color_depth = "8" if file_format != "HDR" else image_format.color_depth
     has_alpha = scene.render.film_transparent and file_format not in ("JPEG", "BMP", "HDR")
     image_format.color_mode = "RGBA" if has_alpha else "RGB"
     with core.files.replacing(path) as temporary:

@@ -19,10 +19,16 @@ from .nodes import Color, constant_color, constant_number, label, surface_of
 
 
 def export_light(lamp: bpy.types.Object, matrix: np.ndarray) -> tuple[core.scene.Light | None, list[str]]:
-    """A lamp placed by `matrix`, or None where it sheds no light on surfaces; and warnings that name it."""
+    """A lamp placed by `matrix`, or None where it sheds no light on surfaces; and warnings that name it.
+
+    Raises:
+        SceneError: the lamp is nowhere.
+    """
     light = lamp.data
-    if not lamp.visible_diffuse or not np.isfinite(matrix).all():
+    if not lamp.visible_diffuse:
         return None, []
+    if not np.isfinite(matrix).all():
+        raise core.errors.SceneError(f'light "{lamp.name}" is nowhere (its position is NaN or infinite): move it')
     emitted, warnings = _shader_color(lamp)
     color = tuple(
         light.energy * tint * shader for tint, shader in zip(versions.light_tint(light), emitted, strict=True)

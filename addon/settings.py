@@ -33,9 +33,16 @@ def render_border(render: bpy.types.RenderSettings, resolution: tuple[int, int])
     """The render region in pixels, (left, bottom, right, top), rounded as Blender does; None for the full frame."""
     if not render.use_border:
         return None
+    import numpy as np  # here, because Blender's start must not wait for it
+
     width, height = resolution
-    left, right = (int(min(max(x, 0.0), 1.0) * width) for x in (render.border_min_x, render.border_max_x))
-    bottom, top = (int(min(max(y, 0.0), 1.0) * height) for y in (render.border_min_y, render.border_max_y))
+
+    def pixel(share: float, size: int) -> int:
+        # Blender multiplies in float32: in double precision 0.7 of 40 would be 27.
+        return int(np.float32(min(max(share, 0.0), 1.0)) * np.float32(size))
+
+    left, right = (pixel(x, width) for x in (render.border_min_x, render.border_max_x))
+    bottom, top = (pixel(y, height) for y in (render.border_min_y, render.border_max_y))
     if (left, bottom, right, top) == (0, 0, width, height):
         return None
     if left >= right or bottom >= top:

@@ -6,9 +6,11 @@ were taken, nor why nothing came out. The engine writes all that into the watch 
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import TextIO
 
 from ._core import core
 
@@ -18,6 +20,8 @@ class Watch:
     """What the engine did: one film and its settings per view layer, in the order in which they were rendered."""
 
     on_progress: Callable[[int, int], None] = lambda done, total: None
+    #: Where the tracebacks of bugs go.
+    err: TextIO = field(default_factory=lambda: sys.stderr)
     films: list[core.Film] = field(default_factory=list)
     settings: list[core.settings.RenderSettings] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)

@@ -65,7 +65,10 @@ def test_a_folder_gets_an_exr_and_a_png(blends, tmp_path):
     with openexr.File(str(tmp_path / "good.exr")) as file:
         header = file.header()
         assert (header["rooks:samples"], header["rooks:pixel_sampler"]) == (5, "n_rooks")
-    assert np.asarray(image.open(tmp_path / "good.png")).shape == (28, 40, 3)
+    with image.open(tmp_path / "good.png") as picture:
+        assert np.asarray(picture).shape == (28, 40, 3)
+        # Neither the .blend's path nor the date.
+        assert not {"File", "Date", "RenderTime"} & set(picture.info)
 
 
 def test_options_override_the_file(blends, tmp_path):
@@ -94,6 +97,7 @@ def test_options_override_the_file(blends, tmp_path):
         ("good.blend", ["--samples", "many"], 2, "not a whole number"),
         ("good.blend", ["--resolution", "640"], 2, "not a size such as 640x360"),
         ("good.blend", ["--max-bounces", "-1"], 2, "between 0 and"),
+        ("good.blend", ["--frame", "9999999"], 2, "between -1048574 and 1048574"),
         ("good.blend", ["--what"], 2, "unrecognized arguments: --what"),
         ("good.blend", ["--output", "nowhere/x.exr"], 1, "nowhere does not exist"),
         ("good.blend", ["--output", "/proc/x.exr"], 1, "cannot write into the folder /proc"),
@@ -104,12 +108,26 @@ def test_what_is_wrong_is_one_line_and_nothing_is_written(blends, tmp_path, file
     target = tmp_path / "x.exr"
     target.write_text("an older picture")
     done = run(blends / file, "--output", target, *options)
-    assert done.returncode == status, done.stderr
+    assert (done.returncode, done.stdout) == (status, ""), done.stderr
     errors = [line for line in done.stderr.splitlines() if "warning" not in line]
     assert len(errors) == 1
     assert errors[0].startswith("rooks: ")
     assert words in errors[0]
     assert (os.listdir(tmp_path), target.read_text()) == (["x.exr"], "an older picture")
+
+
+def test_blenders_reports_are_not_printed_and_tracebacks_of_bugs_are(blends, tmp_path):
+    script = (
+        "import sys, addon.cli, addon.export; "
+        "addon.export.export_scene = lambda *_: 1 / 0; "
+        "sys.exit(addon.cli.main(sys.argv[1:]))"
+    )
+    arguments = [sys.executable, "-c", script, "render", blends / "good.blend", "--output", tmp_path / "x.exr"]
+    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout) == (1, "")
+    lines = done.stderr.splitlines()
+    assert lines[0].startswith("Traceback")
+    assert [line for line in lines if "internal error" in line] == lines[-1:]
 
 
 def test_no_output_is_a_wrong_command(blends):
@@ -148,3 +166,10 @@ def test_ctrl_c_stops_without_a_traceback(blends, tmp_path):
     assert errors.splitlines()[-1] == "rooks: interrupted"
     assert "Traceback" not in errors
     assert os.listdir(tmp_path) == []
+
+
+def test_two_files_of_one_name_do_not_overwrite_each_other(blends, tmp_path):
+    (tmp_path / "good.blend").write_bytes((blends / "good.blend").read_bytes())
+    done = run(blends / "good.blend", tmp_path / "good.blend", "--output", f"{tmp_path}/")
+    assert (done.returncode, os.listdir(tmp_path)) == (1, ["good.blend"])
+    assert "two pictures would be saved as" in done.stderr

@@ -11,6 +11,7 @@ bpy = pytest.importorskip("bpy")
 
 from mathutils import Euler  # noqa: E402
 
+from core.errors import SceneError  # noqa: E402
 from core.scene import AreaLight, PointLight, SpotLight, SunLight  # noqa: E402
 from tests.addon_helpers import add, empty_scene, export, feed, lamp  # noqa: E402
 
@@ -115,6 +116,12 @@ def test_lamps_that_shed_no_light_are_left_out():
     lamp("POINT", 10).hide_set(True)
     lamp("POINT", 10, color=(0, 0, 0))
     assert export()[0].lights == ()
+
+
+def test_a_lamp_that_is_nowhere_is_named():
+    lamp("POINT", 10, location=(float("nan"), 0, 0), name="Lost")
+    with pytest.raises(SceneError, match='light "Lost" is nowhere'):
+        export()
 
 
 def test_instanced_lamps_are_placed_by_their_instances():
