@@ -129,8 +129,10 @@ class _Walk:
         if visibility == 0:
             return None
         mesh_key = obj.data.as_pointer()
+        # In Edit Mode the data block has no arrays yet.
+        mesh = obj.to_mesh() if obj.data.is_editmode else obj.data
         if mesh_key not in self._meshes:
-            self._meshes[mesh_key] = export_mesh(obj.data, obj.name)
+            self._meshes[mesh_key] = export_mesh(mesh, obj.name)
         if self._meshes[mesh_key] is None:
             # A mesh that only carries instances or particles is empty on purpose.
             if not _is_carrier(obj):
@@ -139,7 +141,7 @@ class _Walk:
         if obj.is_holdout or obj.is_shadow_catcher:
             self.warnings.append(f'object "{obj.name}": Rooks renders holdouts and shadow catchers as usual surfaces')
         slots = self._slots(obj, obj.data, source)
-        self._add_uvs(mesh_key, obj.data, slots)
+        self._add_uvs(mesh_key, mesh, slots)
         return _Kind(mesh_key, tuple(slot.material for slot in slots), visibility, obj.name)
 
     def _slots(

@@ -254,3 +254,17 @@ def test_vertices_that_are_not_numbers_are_an_error_that_counts_them():
 def test_kinds_that_are_not_modelled_are_named():
     add("Fur", bpy.data.hair_curves.new("Fur"))
     assert export()[1] == ['object "Fur" is hair curves: Rooks leaves it out']
+
+
+def test_a_mesh_in_edit_mode_is_rendered_as_edited():
+    empty_scene()
+    obj = quad()
+    obj.modifiers.new("Array", "ARRAY")
+    bpy.context.view_layer.objects.active = obj
+    bpy.ops.object.mode_set(mode="EDIT")
+    try:
+        exported, warnings = export()
+        (instance,) = exported.instances
+        assert (len(instance.mesh.vertices), len(instance.mesh.triangles), warnings) == (8, 4, [])
+    finally:
+        bpy.ops.object.mode_set(mode="OBJECT")
