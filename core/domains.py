@@ -5,6 +5,10 @@ A pixel takes one set from it for each *dimension* it needs there (one per light
 of (seed, pixel, domain), the next at an odd stride, which visits every set once before any twice, so that two
 dimensions of one pixel never share a set.
 
+A sampler may ask for more (`Sampler.along_curve`): that pixels take its sets in the order of a curve through the
+picture. Then each dimension has a run of 4^digits sets of its own, for squares of 2^digits × 2^digits pixels, which it
+gives out along a Z-curve whose turns are chosen by a hash (Ahmed and Wonka 2020).
+
 If sample i of one dimension always met sample i of another, their product would be integrated wrongly for ever, or
 converge slowly (the coupling is measured in the tests). So the points inside each set are put into a random order once.
 For the lights that is the order of a space-filling curve from a random start: next to all others it is as random as a
@@ -16,6 +20,7 @@ The choice depends on the seed and the pixel alone, never on tiles, batches or t
 
 from __future__ import annotations
 
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -36,13 +41,20 @@ TABLE_POINTS = 1 << 18
 MAX_TABLE_BYTES = 1 << 31
 
 _MASK32 = np.uint64(0xFFFFFFFF)
+#: All orders in which a Z-curve can visit the four quarters of a square.
+_ORDERS = np.array(list(permutations(range(4))))
 
 
 class PointTable(NamedTuple):
-    """Point sets as kernels read them: `points` is (2, set_count, count) float32; `set_count` is a power of two."""
+    """Point sets as kernels read them: `points` is (2, set_count, count) float32.
+
+    `digits` is 0 where a hash chooses the set, and `set_count` a power of two then. Else each dimension has 4^digits
+    sets of its own, to be taken along a curve.
+    """
 
     points: np.ndarray
     salt: int
+    digits: int = 0
 
 
 def make_table(domain: str, settings: RenderSettings, dimensions: int, pixels: int) -> PointTable:
@@ -54,8 +66,10 @@ def make_table(domain: str, settings: RenderSettings, dimensions: int, pixels: i
     if dimensions == 0:
         return PointTable(np.zeros((2, 1, 1), np.float32), 0)  # nobody looks anything up
     count = settings.sample_count
+    sampler = SAMPLERS[settings.samplers[domain]]
     wanted = max(dimensions, min(pixels * dimensions, TABLE_POINTS // count), 16)
-    set_count = 1 << (wanted - 1).bit_length()
+    digits = max((wanted // dimensions).bit_length() - 1 >> 1, 2) if sampler.along_curve else 0
+    set_count = dimensions << 2 * digits if digits else 1 << (wanted - 1).bit_length()
     if set_count * count * 8 > MAX_TABLE_BYTES:
         raise SettingsError(
             f"{count} samples in {dimensions} {domain} dimensions need {set_count * count * 8 >> 30} GB of tables: "
@@ -63,10 +77,10 @@ def make_table(domain: str, settings: RenderSettings, dimensions: int, pixels: i
         )
     index = DOMAINS.index(domain)
     rng = np.random.default_rng([settings.seed, index])
-    points = SAMPLERS[settings.samplers[domain]](set_count, count, rng)
+    points = sampler(set_count, count, rng)
     points = follow_curve(points, rng) if domain == "light" else shuffle_sets(points, rng)
     salt = int(rng.integers(1 << 32))
-    return PointTable(np.ascontiguousarray(points.transpose(2, 0, 1)), salt)
+    return PointTable(np.ascontiguousarray(points.transpose(2, 0, 1)), salt, digits)
 
 
 def shuffle_sets(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -108,9 +122,26 @@ def hash32(a: int, b: int, c: int) -> int:
 @device
 def set_of_pixel(table: PointTable, x: int, y: int, dimension: int) -> int:
     """The set that pixel (x, y) of the full frame uses for a dimension of this table's domain."""
+    if table.digits:
+        return (dimension << 2 * table.digits) + place_on_curve(x, y, table.digits, hash32(dimension, 0, table.salt))
     mixed = hash32(x, y, table.salt)
     stride = hash32(y, x, table.salt ^ 0x5BD1E995) | 1
     return (mixed + dimension * stride) & (table.points.shape[1] - 1)
+
+
+@device
+def place_on_curve(x: int, y: int, digits: int, salt: int) -> int:
+    """The place of pixel (x, y) in its square of 2^digits × 2^digits pixels, along a Z-curve: 0 … 4^digits - 1.
+
+    A square is a run of the curve, and so is each quarter of it, down to the pixel; a hash of the square decides in
+    which of the 24 orders its quarters follow each other.
+    """
+    place = 0
+    for level in range(digits - 1, -1, -1):
+        quarter = ((y >> level) & 1) << 1 | ((x >> level) & 1)
+        order = hash32(x >> (level + 1), y >> (level + 1), salt + level) % 24
+        place = place << 2 | _ORDERS[order, quarter]
+    return place
 
 
 @kernel
@@ -121,13 +152,14 @@ def look_up_points(batch: Batch, table: PointTable, dimension: int, blocks: np.n
     (B, 2): the lower left pixel of each block in the full frame.
     """
     f, points, samples = batch.floats, table.points, table.points.shape[2]
-    done = 0
+    done = chosen = 0
     while done < count:
         pixel, number = divmod(first + done, samples)
         # As far as one pixel's set and one packet go: there both lie in one run of memory.
         run = min(samples - number, count - done, LANES - done % LANES)
-        x, y = blocks[pixel >> 4, 0] + (pixel & 3), blocks[pixel >> 4, 1] + ((pixel >> 2) & 3)
-        chosen = set_of_pixel(table, x, y, dimension)
+        if number == 0 or done == 0:
+            x, y = blocks[pixel >> 4, 0] + (pixel & 3), blocks[pixel >> 4, 1] + ((pixel >> 2) & 3)
+            chosen = set_of_pixel(table, x, y, dimension)
         to = done // LANES * PACKET + done % LANES + POINT
         for j in range(run):
             f[to + j] = points[0, chosen, number + j]

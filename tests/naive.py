@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -19,6 +20,16 @@ def hash32(*values: int) -> int:
 
 def set_of_pixel(salt: int, set_count: int, x: int, y: int, dimension: int) -> int:
     return (hash32(x, y, salt) + dimension * (hash32(y, x, salt ^ 0x5BD1E995) | 1)) % set_count
+
+
+def place_on_curve(x: int, y: int, digits: int, salt: int) -> int:
+    """Where a Z-curve through 2^digits × 2^digits pixels comes by, its quarters in one of 24 orders in each square."""
+    if digits == 0:
+        return 0
+    half = 2 ** (digits - 1)
+    order = list(itertools.permutations(range(4)))[hash32(x // 2**digits, y // 2**digits, salt + digits - 1) % 24]
+    quarter = 2 * (y // half % 2) + x // half % 2
+    return order[quarter] * half**2 + place_on_curve(x, y, digits - 1, salt)
 
 
 def point_of_sample(points: np.ndarray, salt: int, dimension: int, blocks: np.ndarray, number: int) -> np.ndarray:
@@ -69,3 +80,33 @@ def image_color(pixels: np.ndarray, u: float, v: float, extension: str, interpol
 def checker_is_first_color(x: float, y: float, z: float) -> bool:
     """Blender's checker: its second colour fills the cell at the origin, its first the cells that share a face."""
     return (math.floor(x) + math.floor(y) + math.floor(z)) % 2 == 1
+
+
+def owen_scrambled_sobol(set_count: int, count: int, rng: np.random.Generator) -> np.ndarray:
+    """2^k points of Sobol's sequence, scrambled as Owen (1995) says: float64 (set_count, count, 2).
+
+    Digit by digit, a coin of its own for each node of the binary tree; below the k digits that a point shares with no
+    other, all further coins together are one even number.
+    """
+    digits = count.bit_length() - 1
+    points = np.empty((set_count, count, 2))
+    for axis in (0, 1):
+        numbers = [_sobol_digits(i, digits, axis) for i in range(count)]
+        for level in range(digits):
+            coins = rng.integers(2, size=(set_count, 1 << level))
+            node = [number >> (digits - level) for number in numbers]
+            digit = np.array([number >> (digits - 1 - level) & 1 for number in numbers])
+            flipped = digit ^ coins[:, node]
+            points[..., axis] = flipped * 0.5 ** (level + 1) + (points[..., axis] if level else 0)
+        points[..., axis] += rng.random((set_count, count)) * 0.5**digits
+    return points
+
+
+def _sobol_digits(index: int, digits: int, axis: int) -> int:
+    """A coordinate of Sobol's point `index` in units of 2^-digits: mirrored digits, through Pascal's triangle in y."""
+    result = 0
+    for row in range(digits):
+        columns = [row] if axis == 0 else range(row, digits)
+        ones = sum(math.comb(column, row) * (index >> column & 1) for column in columns)
+        result |= ones % 2 << (digits - 1 - row)
+    return result

@@ -5,7 +5,8 @@
 has Φ₂(5) and Φ₂(6) wrong). The x are regularly spaced, the pattern has symmetries, and a set is a set: two pixels with
 the same points show the same error, which aliases.
 
-Meets: even in 2-D, even 1-D projections, minimum distance. Fails: irregular spacing.
+Meets: even in 2-D, even 1-D projections. Fails: irregular spacing, and, whatever the book says, minimum distance: the
+smallest is hardly larger than among random points, and its share of the largest possible halves with each 4 times n.
 Counts: any; in y one point per stratum of 1/n only where n is a power of two. There is no chance in it: all sets are
 the same, and the first point is the square's corner.
 """
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 from .late_numpy import np
 from .sampler import ANY_COUNT, Criteria, Sampler, in_stratum
+from .sobol import reverse_bits, unit_interval
 
 
 def generate(set_count: int, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -27,21 +29,17 @@ def generate(set_count: int, count: int, rng: np.random.Generator) -> np.ndarray
 
 def radical_inverse(index: np.ndarray) -> np.ndarray:
     """Φ₂ of integers in [0, 2**32): float32 in [0, 1), exact below 2**24 and rounded down from there on."""
-    bits = index.astype(np.uint32)
-    for width, mask in ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF), (16, 0x0000FFFF)):
-        # Swap neighbouring groups of `width` bits: after the last turn the order of all 32 is reversed.
-        bits = (bits >> np.uint32(width) & np.uint32(mask)) | (bits & np.uint32(mask)) << np.uint32(width)
-    return (bits >> np.uint32(8)).astype(np.float32) * np.float32(2**-24)
+    return unit_interval(reverse_bits(index.astype(np.uint32)))
 
 
 SAMPLER = Sampler(
     name="hammersley",
     label="Hammersley",
-    description="Equal steps in x, mirrored binary digits in y. Even in every respect and without clumps, but the same "
-    "symmetric pattern in every pixel, which can alias",
+    description="Equal steps in x, mirrored binary digits in y. Even over the square and along each axis, "
+    "but the same symmetric pattern in every pixel, which can alias",
     number=5,
     origin="Hammersley, 1960",
-    criteria=Criteria(even_2d=True, even_1d=True, min_distance=True, irregular=False),
+    criteria=Criteria(even_2d=True, even_1d=True, min_distance=False, irregular=False),
     counts=ANY_COUNT,
     generate=generate,
 )

@@ -42,6 +42,8 @@ class Sampler:
     `name` is what Python and the command line call it, `label` what a user reads, `description` its tooltip.
     `number` is what a .blend file stores and the order of display: it never changes. `origin` is author and year.
     `generate(set_count, count, rng)` makes the points; call the sampler itself, which checks the count first.
+    `along_curve` says that the sets are runs of one sequence and complete each other: pixels that are neighbours on a
+    space-filling curve are to take sets that are neighbours too. Else the sets have nothing to do with each other.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Sampler:
     criteria: Criteria
     counts: Counts
     generate: Callable[[int, int, np.random.Generator], np.ndarray]
+    along_curve: bool = False
 
     def actual_count(self, requested: int) -> int:
         """The number of points that a set really has when `requested` are asked for: the nearest not below.
