@@ -54,7 +54,7 @@ _HOME = {
     ),
     "settings": ("RenderSettings",),
 }
-_PARTS = {"files", "limits", *_HOME}
+_PARTS = {"command_line", "files", "lab", "limits", *_HOME}
 
 __all__ = [
     "SAMPLERS",

@@ -1,7 +1,8 @@
 """How kernels are compiled: numba's options in one place, and a compile cache that cannot go stale.
 
 numba decides from a function's own file whether its cached machine code is still good, so an edit to a helper in
-another file would go unseen. The cache therefore lives in a folder named after the contents of all of `core/`.
+another file would go unseen. The cache therefore lives in a folder named after the contents of all files of this
+folder; the folders below it hold no kernels (a test sees to that).
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ FAST_MATH = {"contract", "reassoc", "nsz", "arcp"}
 def cache_folder() -> Path:
     """The folder of compiled kernels: below `ROOKS_CACHE_DIR` or the user's cache folder, else a temporary one."""
     digest = hashlib.blake2b(digest_size=8)
-    for source in sorted(Path(__file__).parent.rglob("*.py")):
+    for source in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(source.read_bytes())
     chosen = os.environ.get("ROOKS_CACHE_DIR")
     folder = (Path(chosen) if chosen else Path("~/.cache/rooks").expanduser()) / digest.hexdigest()

@@ -64,6 +64,21 @@ def test_only_one_module_knows_embree(path):
     assert not {name for name in names if name.startswith("rtc")}
 
 
+@every_core_file
+def test_kernels_are_where_the_compile_cache_looks_for_changes(path):
+    """`core.jit` names its folder after the contents of the files beside it, not of those in folders below."""
+    in_sight = path.parent == ROOT / "core"
+    assert in_sight or "numba" not in {top(module) for _, module in imports(path)}
+    assert in_sight or not {module for level, module in imports(path) if level and module == "jit"}
+
+
+@every_core_file
+def test_only_the_lab_needs_its_extra(path):
+    if path.parent != ROOT / "core" / "lab":
+        assert not {top(module) for level, module in imports(path) if not level} & {"matplotlib", "scipy"}
+        assert not {top(module) for level, module in imports(path) if level} & {"lab"} or path.name == "__main__.py"
+
+
 @every_addon_file
 def test_the_addon_renders_nothing_itself(path):
     assert not {top(module) for level, module in imports(path) if not level} & {"numba", "llvmlite", "embreex"}
