@@ -1,4 +1,4 @@
-"""What the samplers promise: counts, strata, fairness, and the figures of merit that the docs quote.
+"""What the samplers promise: counts, strata, fairness. (`test_lab_score` has the figures of merit.)
 
 Seeds are fixed. A statistical test rejects a right sampler with a probability of at most 1e-3, shared out among the
 comparisons that it makes (Šidák); a failure is then a bug.
@@ -11,9 +11,9 @@ from itertools import product
 import numpy as np
 import pytest
 from scipy import stats
-from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
+from core.lab.criteria import centred_discrepancy, smallest_distance
 from core.samplers import SAMPLERS
 from core.samplers.fibonacci import generator
 from core.samplers.hammersley import radical_inverse
@@ -431,77 +431,3 @@ def test_the_mean_over_sets_is_the_integral(name, count):
     estimates = smooth(sampler(10_000, sampler.actual_count(count), np.random.default_rng(10))).mean(axis=1)
     z = (estimates.mean() - (np.e - 1) * (1 - np.cos(3)) / 3) / (estimates.std() / np.sqrt(len(estimates)))
     assert 2 * stats.norm.sf(abs(z)) > sidak(7 * len(CHANCE))
-
-
-# Figures of merit: mean of 100 sets at n = 16, 64, 256
-
-
-def centred_discrepancy(points: np.ndarray) -> np.ndarray:
-    """Criterion 1, ×1e-4."""
-    return np.array([qmc.discrepancy(s, method="CD") for s in points]) * 1e4
-
-
-def star_discrepancy(points: np.ndarray) -> np.ndarray:
-    """Criterion 2: n times the 1-D star discrepancy of the x."""
-    count = points.shape[1]
-    x = np.sort(points[..., 0].astype(float), axis=1) * count
-    above, below = np.arange(1, count + 1) - x, x - np.arange(count)
-    return np.maximum(above, below).max(axis=1)
-
-
-def share_filled(points: np.ndarray) -> np.ndarray:
-    """Criterion 2: the share of the n strata in x that hold a point."""
-    count = points.shape[1]
-    return np.array([len(np.unique(s)) for s in strata(points[..., 0], count)]) / count
-
-
-def smallest_distance(points: np.ndarray) -> np.ndarray:
-    """Criterion 3: on the torus, as a share of the largest possible."""
-    nearest = [cKDTree(s, boxsize=1).query(s, k=2)[0][:, 1].min() for s in points.astype(float)]
-    return np.array(nearest) / np.sqrt(2 / (np.sqrt(3) * points.shape[1]))
-
-
-FIGURES = {
-    centred_discrepancy: {
-        "regular": (114, 28, 7.1),
-        "random": (253, 60, 15.5),
-        "jittered": (67, 8.1, 1.0),
-        "n_rooks": (32, 5.3, 1.2),
-        "multi_jittered": (23, 2.0, 0.20),
-        "hammersley": (43, 3.6, 0.30),
-    },
-    star_discrepancy: {
-        "regular": (2, 4, 8),
-        "random": (3.4, 6.6, 13.8),
-        "jittered": (2.2, 3.4, 5.5),
-        "n_rooks": (1, 1, 1),
-        "multi_jittered": (1, 1, 1),
-        "hammersley": (1, 1, 1),
-    },
-    share_filled: {
-        "regular": (0.25, 0.125, 0.0625),
-        "random": (0.64, 0.64, 0.64),
-        "jittered": (0.66, 0.66, 0.66),
-        "n_rooks": (1, 1, 1),
-        "multi_jittered": (1, 1, 1),
-        "hammersley": (1, 1, 1),
-    },
-    smallest_distance: {
-        "regular": (0.93, 0.93, 0.93),
-        "random": (0.16, 0.08, 0.04),
-        "jittered": (0.30, 0.18, 0.12),
-        "n_rooks": (0.30, 0.15, 0.07),
-        "multi_jittered": (0.34, 0.22, 0.13),
-        "hammersley": (0.33, 0.16, 0.08),
-    },
-}
-
-
-@pytest.mark.parametrize(("score", "name"), list(product(FIGURES, FIGURES[centred_discrepancy])))
-def test_scores_are_those_of_the_docs(score, name):
-    """Within 4 standard errors of two means of 100 sets, and half a unit of the last digit quoted (or 3 %)."""
-    for count, expected in zip((16, 64, 256), FIGURES[score][name], strict=True):
-        sets = 1 if name in DETERMINISTIC else 100
-        values = score(SAMPLERS[name](sets, count, np.random.default_rng(11)))
-        digit = 0.005 if score is smallest_distance else 0.03 * expected
-        assert values.mean() == pytest.approx(expected, abs=digit + 4 * values.std() * np.sqrt(2 / 100))
