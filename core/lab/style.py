@@ -99,7 +99,7 @@ def figure(width_cm: float, height_cm: float) -> Figure:
 def save(figure: Figure, path: Path) -> list[Path]:
     """Write PATH.png at 200 dpi and PATH.svg, each whole or not at all; returns the two paths.
 
-    The same figure makes the same bytes.
+    The same figure makes the same PNG; of an SVG's numbers the solver behind the layout may change the last digit.
 
     Raises:
         OutputError: the folder does not exist or cannot be written to.
