@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from core import Camera, RenderSettings, Scene, render
-from core.lab import chart, chart_data, chart_tables, scenes
+from core.lab import chart, chart_data, chart_drawing, chart_tables, scenes, style
 from core.lab.cli import main
 from core.lab.efficiency import (
     Curve,
@@ -393,6 +393,20 @@ def test_pictures_and_tables_come_from_the_json_alone(whole, tmp_path, monkeypat
         # In an SVG the solver behind matplotlib's layout may leave another sixth digit.
         if path.suffix != ".svg":
             assert (tmp_path / path.name).read_bytes() == path.read_bytes()
+
+
+def test_nothing_that_is_drawn_leaves_the_page(whole):
+    data = chart_data.load(whole / "chart.json")
+    for figure in (
+        *(chart_drawing.draw_subject(data, name) for name in data["subjects"]),
+        chart_drawing.draw_overview(data),
+    ):
+        with style.drawing():
+            box = figure.get_tightbbox()
+        width, height = figure.get_size_inches()
+        assert min(box.x0, box.y0) > -0.01
+        assert box.x1 < width + 0.01
+        assert box.y1 < height + 0.01
 
 
 def test_other_settings_do_not_touch_what_was_measured(whole, capsys):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import wrap
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,6 +18,8 @@ from .efficiency import Curve, curves
 from .measure import Cell
 
 WIDTH = 27.0
+#: Letters in a line of the foot.
+FOOT = 175
 #: Panels for bias² and variance in a row.
 ABREAST = 5
 
@@ -26,7 +29,7 @@ def draw_subject(data: dict, name: str) -> Figure:
     """A page: error against samples and time, bias² and variance of each sampler, the tables."""
     subject = data["subjects"][name]
     measured = curves(cells(subject))
-    foot = [*reference_text(subject), *conditions_text(data, subject)]
+    foot = foot_lines(data, subject)
     parts = [(11.0, lambda area: draw_errors(area, measured, subject["references"]))]
     if _has_bias(subject):
         parts.append((0.9 + 3.6 * -(-len(measured) // ABREAST), lambda area: _draw_bias(area, subject)))
@@ -39,6 +42,11 @@ def draw_subject(data: dict, name: str) -> Figure:
     for area, (_, draw) in zip(areas, parts, strict=True):
         draw(area)
     return figure
+
+
+def foot_lines(data: dict, subject: dict) -> list[str]:
+    """How a subject was measured, in lines that fit the page."""
+    return [part for line in [*reference_text(subject), *conditions_text(data, subject)] for part in wrap(line, FOOT)]
 
 
 def draw_foot(figure: SubFigure, lines: Sequence[str]) -> None:

@@ -16,8 +16,8 @@ from matplotlib.ticker import EngFormatter
 
 from ..samplers import SAMPLERS
 from . import style
-from .chart_drawing import draw_errors, draw_foot
-from .chart_tables import cells, conditions_text, reference_text
+from .chart_drawing import draw_errors, draw_foot, foot_lines
+from .chart_tables import cells
 from .efficiency import Curve, curves
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ LETTERS = "ABC"
 @style.drawing()
 def draw_sheet(comparison: Comparison) -> Figure:
     """The whole sheet."""
-    foot = [*reference_text(comparison.subject), *conditions_text(comparison.data, comparison.subject)]
+    foot = foot_lines(comparison.data, comparison.subject)
     row = _row_height(comparison)
     heights = [9.0, 1.0 + row * (len(comparison.samplers) + 1), 1.6, 0.5 + 0.45 * len(foot)]
     figure = style.figure(WIDTH, sum(heights) + 1)
