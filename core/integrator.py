@@ -84,7 +84,8 @@ def trace_samples(batch: Batch, frame: Frame, blocks: np.ndarray, first: int, pa
     for bounce in range(frame.max_bounces + 1):
         for light in range(len(frame.lights.kind)):
             dimension = bounce * len(frame.lights.kind) + light
-            look_up_points(batch, frame.light_points, dimension, blocks, first, count)
+            if frame.lights.extended[light]:
+                look_up_points(batch, frame.light_points, dimension, blocks, first, count)
             sample_light(batch, frame.lights, light, packets)
             if frame.lights.cast_shadow[light]:
                 occluded_coherent(batch, frame.traversal, VISIBLE_TO_SHADOWS, packets)

@@ -61,6 +61,7 @@ class LightArrays(NamedTuple):
     axis_v: np.ndarray
     normal: np.ndarray  # (L, 3), the side an area light shines to
     size: np.ndarray  # (L,) radius in metres; a sun: 1 - cos of half its angle
+    extended: np.ndarray  # (L,) bool: it has a size, so that a point of it is to be sampled
     cast_shadow: np.ndarray  # (L,) bool
     spot: np.ndarray  # (L,) bool: the light stands behind a cone
     to_spot: np.ndarray  # (L, 3, 3) world to lamp space
@@ -99,6 +100,8 @@ def pack_lights(lights: Sequence[Light], center: np.ndarray) -> LightArrays:
             _pack_sun(row, light)
         else:
             _pack_point(row, light, center)
+    is_sun = fields["kind"] == IS_SUN
+    fields["extended"] = (fields["kind"] != IS_POINT) & ~(is_sun & (fields["size"] == 0))
     return LightArrays(**fields)
 
 

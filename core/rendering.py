@@ -121,7 +121,7 @@ def _make_frame(scene: Scene, settings: RenderSettings, packed: PackedScene) -> 
     dimensions = {
         "pixel": 1,
         "lens": int(camera.lens_radius > 0),
-        "light": len(lights.kind) * (settings.max_bounces + 1),
+        "light": len(lights.kind) * (settings.max_bounces + 1) if lights.extended.any() else 0,
         "bsdf": directions,
     }
     tables = {f"{name}_points": make_table(name, settings, count, pixels) for name, count in dimensions.items()}

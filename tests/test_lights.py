@@ -12,7 +12,18 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from core import AreaLight, Instance, PointLight, RenderSettings, Scene, SceneError, SpotLight, SunLight, render
+from core import (
+    AreaLight,
+    Instance,
+    PointLight,
+    RenderSettings,
+    Scene,
+    SceneError,
+    SpotLight,
+    SunLight,
+    render,
+    rendering,
+)
 from core.scene import VISIBLE_TO_SHADOWS, VISIBLE_TO_SURFACES
 from tests.scenes import (
     WHITE,
@@ -339,6 +350,35 @@ def test_a_lamp_with_a_number_that_is_not_finite_is_named(lamp, number):
 def test_a_sun_wider_than_the_sky_is_refused(angle):
     with pytest.raises(SceneError, match=r"lamp 'Sol'.*angle"):
         irradiance([SunLight((0, 0, 1), (1, 1, 1), angle, name="Sol")], seeds=1)
+
+
+def test_only_lamps_with_a_size_have_points_sampled(monkeypatch):
+    """Of a point there is nothing to choose: a scene of such lamps alone has no table made, and is free of noise."""
+    points = (
+        PointLight((0, 0, 2), POWER),
+        SpotLight((0, 0, 2), POWER, matrix=translation(0, 0, 2), spot_size=2.0),
+        SunLight((0, 0, 1), POWER),
+    )
+    sized = (
+        AreaLight((0, 0, 2), (1, 0, 0), (0, 1, 0), POWER),
+        PointLight((0, 0, 2), POWER, 0.1),
+        PointLight((0, 0, 2), POWER, 0.1, soft_falloff=True),
+        SpotLight((0, 0, 2), POWER, 0.1, matrix=translation(0, 0, 2), spot_size=2.0),
+        SunLight((0, 0, 1), POWER, 0.1),
+    )
+    made = {}
+    make_table = rendering.make_table
+
+    def spy(domain, settings, dimensions, pixels):
+        made[domain] = dimensions
+        return make_table(domain, settings, dimensions, pixels)
+
+    monkeypatch.setattr(rendering, "make_table", spy)
+    for lights, dimensions in ((points, 0), *(((lamp,), 1) for lamp in sized), ((*points, sized[0]), 4)):
+        lit = irradiance(lights, samples=4, seeds=4)
+        assert lit.mean > 1
+        assert made["light"] == dimensions
+        assert (lit.error < 1e-6 * lit.mean) == (dimensions == 0)
 
 
 def test_lamps_add_up():

@@ -203,9 +203,15 @@ class Laboratory:
         """The cell, and its pictures: float32 (seeds, height, width, 3)."""
         seeds = self.study.judged_seeds()
         what = f"{SAMPLERS[sampler].label}, {count} sample{'s' if count > 1 else ''}"
-        films = [self._render(sampler, count, seed, what) for seed in seeds]
+        pictures, setup_seconds, seconds, dropped = [], [], [], 0
+        for seed in seeds:
+            film = self._render(sampler, count, seed, what)
+            pictures.append(_colors(film).copy())  # without the film's other passes, which would be kept as well
+            setup_seconds.append(film.setup_seconds)
+            seconds.append(film.seconds)
+            dropped += film.dropped_samples
         self.to_do.pop(("cell", sampler, count), None)
-        pictures = np.stack([_colors(film) for film in films])
+        pictures = np.stack(pictures)
         products = error_products(pictures, reference.picture)
         cell = Cell(
             sampler,
@@ -213,10 +219,10 @@ class Laboratory:
             count,
             seeds,
             np.sqrt(np.diag(products)).tolist(),
-            [film.setup_seconds for film in films],
-            [film.seconds for film in films],
+            setup_seconds,
+            seconds,
             *bias_and_variance(products, reference.standard_error**2),
-            sum(film.dropped_samples for film in films),
+            dropped,
         )
         return cell, pictures
 
