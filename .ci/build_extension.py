@@ -24,12 +24,16 @@ FILES = ("__init__.py", "LICENSE", "README.md")
 PACKAGES = ("addon", "core")
 NOT_SHIPPED = ("__pycache__", ".*")
 
-#: What Blender does not bring itself. It does bring numpy.
-BUNDLED = ("numba", "llvmlite", "embreex")
+#: What Blender does not bring itself, numpy apart: compiled for each Python, and such as runs on any.
+COMPILED = ("numba", "llvmlite", "embreex", "matplotlib", "contourpy", "kiwisolver", "pillow")
+PURE = (
+    *("rich", "markdown-it-py", "mdurl", "Pygments"),
+    *("cycler", "fonttools", "packaging", "pyparsing", "python-dateutil", "tzdata"),
+)
 #: Blender up to 5.0 runs Python 3.11 and from 5.1 on 3.13. Debian builds it for its own Python: 3.13, 3.14.
 PYTHONS = ("3.11", "3.13", "3.14")
-#: Blender's name of each platform, and that of its wheels.
-PLATFORMS = {"linux-x64": "manylinux_2_28_x86_64"}
+#: Blender's name of each platform, and the names of the wheels that run there: those for a glibc not above 2.28.
+PLATFORMS = {"linux-x64": [f"manylinux_2_{minor}_x86_64" for minor in range(28, 4, -1)]}
 
 
 def main() -> None:
@@ -40,21 +44,33 @@ def main() -> None:
     if unknown := set(platforms) - set(PLATFORMS):
         parser.error(f"no such platform: {', '.join(sorted(unknown))}. There are: {', '.join(PLATFORMS)}")
     for platform in platforms:
-        wheels = [fetch(name, platform, python) for python in PYTHONS for name in BUNDLED]
-        stage(platform, wheels)
+        compiled = [fetch(name, platform, python) for python in PYTHONS for name in COMPILED]
+        stage(platform, compiled + [fetch_pure(name) for name in PURE])
         pack(platform)
 
 
 def fetch(name: str, platform: str, python: str) -> Path:
     """Return the pinned wheel of a package for one platform and Python, downloaded where it is not there yet."""
+    options = [option for tag in PLATFORMS[platform] for option in ("--platform", tag)]
+    return download(name, WHEELS / platform / python, [*options, "--python-version", python])
+
+
+def fetch_pure(name: str) -> Path:
+    """Return the pinned wheel of a package that is the same for all platforms and Pythons."""
+    # The oldest Python: from it on all can run the wheel.
+    options = ["--platform", "any", "--implementation", "py", "--abi", "none", "--python-version", PYTHONS[0]]
+    return download(name, WHEELS / "any", options)
+
+
+def download(name: str, folder: Path, options: list[str]) -> Path:
     version = pinned(name)
-    folder = WHEELS / platform / python
-    pattern = f"{name}-{version}-*.whl"
+    # As names of files have it.
+    pattern = f"{name.lower().replace('-', '_')}-{version}-*.whl"
     if not list(folder.glob(pattern)):
-        print(f"fetching {name} {version} for {platform}, Python {python}", flush=True)
-        options = ["--quiet", "--no-deps", "--only-binary=:all:", "--dest", str(folder)]
-        options += ["--platform", PLATFORMS[platform], "--python-version", python]
-        subprocess.run([sys.executable, "-m", "pip", "download", *options, f"{name}=={version}"], check=True)
+        print(f"fetching {name} {version} into {folder.relative_to(ROOT)}", flush=True)
+        always = ["--quiet", "--no-deps", "--only-binary=:all:", "--dest", str(folder)]
+        command = [sys.executable, "-m", "pip", "download", *always, *options, f"{name}=={version}"]
+        subprocess.run(command, check=True)
     (wheel,) = folder.glob(pattern)
     return wheel
 
@@ -62,7 +78,8 @@ def fetch(name: str, platform: str, python: str) -> Path:
 def pinned(name: str) -> str:
     """Return the version of a package that pyproject.toml pins."""
     groups = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["dependency-groups"]
-    return dict(requirement.split("==") for requirement in groups["run"])[name]
+    pins = dict(requirement.split("==") for requirement in groups["lab"] + groups["run"])
+    return pins[name]
 
 
 def stage(platform: str, wheels: list[Path]) -> None:

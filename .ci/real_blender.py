@@ -1,4 +1,4 @@
-"""Try the extension's zip in a real Blender: validate, install, render in the background, fail as one should.
+"""Try the extension's zip in a real Blender: validate, install, render and compare samplers, fail as one should.
 
     .venv/bin/python .ci/real_blender.py ZIP BLENDER [ARG...]
 
@@ -31,7 +31,7 @@ import addon_utils, sys, time
 loaded, before = set(sys.modules), time.perf_counter()
 assert addon_utils.enable("{EXTENSION}", default_set=False), "the extension cannot be enabled"
 print("enabled in ms:", 1000 * (time.perf_counter() - before))
-heavy = {{"numpy", "numba", "llvmlite", "embreex"}} & (set(sys.modules) - loaded)
+heavy = {{"numpy", "numba", "llvmlite", "embreex", "matplotlib", "PIL"}} & (set(sys.modules) - loaded)
 assert not heavy, f"enabling the extension imports {{heavy}}, which can wait for the first render"
 """
 
@@ -85,6 +85,7 @@ def main() -> None:
             installs(blender, zip_file)
             renders(blender, home)
             refuses(blender, home)
+            compares(blender, home)
             starts_quickly(blender)
         except CheckError as failure:
             sys.exit(f"FAILED: {failure}")
@@ -143,6 +144,22 @@ def refuses(blender: Blender, home: Path) -> None:
         if written := [path.name for path in home.glob(f"{name}_*")]:
             raise CheckError(f"a scene with {name} wrote {', '.join(written)}:\n{printed}")
     print("ok: exits with an error and writes nothing without a camera, and with a panoramic one", flush=True)
+
+
+def compares(blender: Blender, home: Path) -> None:
+    """The extension's own command compares samplers on the file that is open, and its exit code reaches the shell."""
+    command = (SCENE, "--command", "rooks", "compare", "--resolution", "64x40", "--seeds", "2", "--output")
+    samplers = ("--counts", "1", "4", "--samplers", "random")
+    printed = blender.succeed(*command, str(home / "comparison"), *samplers, "multi_jittered")
+    written = sorted(path.name.removeprefix("still_life_samplers") for path in (home / "comparison").iterdir())
+    if written != [".csv", ".json", ".png", ".svg", "_chart.png", "_chart.svg"]:
+        raise CheckError(f"the comparison wrote {', '.join(written)}:\n{printed}")
+    if "for this scene" not in printed:
+        raise CheckError(f"the comparison recommends nothing:\n{printed}")
+    code, printed = blender.start(*command, str(home / "refused"), *samplers, "nonsense")
+    if code != 2 or "unknown sampler 'nonsense'" not in printed or (home / "refused").exists():
+        raise CheckError(f"a sampler that does not exist is not refused, exit code {code}:\n{printed}")
+    print("ok: compares samplers, and refuses an unknown one with exit code 2", flush=True)
 
 
 def starts_quickly(blender: Blender) -> None:

@@ -10,20 +10,27 @@ from __future__ import annotations
 import atexit
 
 _registered = False
+_command = None
+
+
+def is_registered() -> bool:
+    return _registered
 
 
 def register() -> None:
-    """Make the engine, its settings and its panels known to Blender."""
-    global _registered
+    """Make the engine, its settings, panels, operators and commands known to Blender."""
+    global _registered, _command
     if _registered:
         return
     import bpy
 
-    from . import engine, properties, ui
+    from . import compare_operators, engine, properties, ui
 
     properties.register()
     bpy.utils.register_class(engine.RooksRenderEngine)
+    compare_operators.register()
     ui.register()
+    _command = bpy.utils.register_cli_command("rooks", _run_command)
     _registered = True
     # Blender as a Python module crashes or hangs at exit while an engine in Python is registered.
     atexit.register(unregister)
@@ -38,8 +45,17 @@ def unregister() -> None:
     atexit.unregister(unregister)
     import bpy
 
-    from . import engine, properties, ui
+    from . import compare_operators, engine, properties, ui
 
+    bpy.utils.unregister_cli_command(_command)
     ui.unregister()
+    compare_operators.unregister()
     bpy.utils.unregister_class(engine.RooksRenderEngine)
     properties.unregister()
+
+
+def _run_command(arguments: list[str]) -> int:
+    """`blender FILE.blend --command rooks …`"""
+    from .cli import run_in_blender
+
+    return run_in_blender(arguments)

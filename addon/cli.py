@@ -1,21 +1,21 @@
-"""The command line: `python -m addon render FILE.blend --output PATH …`.
+"""The command line: `python -m addon render FILE.blend --output PATH …`, and `compare FILE.blend --output FOLDER …`.
 
-What is wrong with a command is said before anything is rendered, in one line on stderr that starts with "rooks:". Exit
-status: 0 done, 1 something is wrong with a file or a scene, 2 with the command itself, 130 interrupted.
+Inside Blender, which renders files by itself, it is `blender FILE.blend --command rooks compare --output FOLDER …`. How
+it says what is wrong, and its exit statuses: see `core.command_line`.
 """
 
 from __future__ import annotations
 
 import argparse
-import re
-import sys
-import traceback
-from collections.abc import Callable, Sequence
+import signal
+from collections.abc import Sequence
 from pathlib import Path
 
+from . import comparing
 from ._core import core
 
-PROGRAM = "rooks"
+kinds = core.command_line  # of arguments
+
 #: Blender's own limit.
 MAX_FRAME = 1048574
 DOMAINS = {"pixel": "the area of a pixel", "lens": "the lens", "light": "the lights", "bsdf": "the surfaces"}
@@ -23,35 +23,41 @@ DOMAINS = {"pixel": "the area of a pixel", "lens": "the lens", "light": "the lig
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status."""
-    parser = make_parser()
+    return _run(make_parser(), arguments)
+
+
+def run_in_blender(arguments: list[str]) -> int:
+    """Run a command in Blender, on the file that is open where none is named, and return its exit status."""
+    import bpy
+
+    # Blender would only make a note of Ctrl-C. It ends with the command, so that its own handler is not missed.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    parser, commands = _empty_parser("blender FILE.blend --command rooks")
+    _add_compare(commands, Path(bpy.data.filepath) if bpy.data.filepath else None)
     try:
-        options = parser.parse_args(arguments)
-        return options.run(options)
-    except core.errors.RooksError as error:
-        print(f"{PROGRAM}: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print(f"{PROGRAM}: interrupted", file=sys.stderr)
-        return 130
-    except Exception as error:
-        # A bug: unlike a user's mistake it deserves a traceback.
-        traceback.print_exc()
-        print(f"{PROGRAM}: internal error: {error}", file=sys.stderr)
-        return 1
-
-
-class _OneLineParser(argparse.ArgumentParser):
-    """Says what is wrong in one line, without the usage."""
-
-    def error(self, message: str) -> None:
-        self.exit(2, f"{PROGRAM}: {message} (see {self.prog} --help)\n")
+        return _run(parser, arguments)
+    except SystemExit as end:  # argparse's, which Blender would take for a bug
+        return end.code
 
 
 def make_parser() -> argparse.ArgumentParser:
-    parser = _OneLineParser(prog="python -m addon", description="Rooks: render .blend files without a window.")
-    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND", parser_class=_OneLineParser)
+    """The parser of `python -m addon`."""
+    parser, commands = _empty_parser("python -m addon")
     _add_render(commands)
+    _add_compare(commands, None)
     return parser
+
+
+def _empty_parser(program: str) -> tuple[argparse.ArgumentParser, argparse._SubParsersAction]:
+    parser = kinds.OneLineParser(prog=program, description="Rooks on .blend files, without a window.")
+    return parser, parser.add_subparsers(
+        title="commands", required=True, metavar="COMMAND", parser_class=kinds.OneLineParser
+    )
+
+
+def _run(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> int:
+    options = parser.parse_args(arguments)
+    return kinds.run_command(lambda: options.run(options))
 
 
 def _add_render(commands: argparse._SubParsersAction) -> None:
@@ -71,59 +77,91 @@ def _add_render(commands: argparse._SubParsersAction) -> None:
         ".tif, .webp, .bmp, .tga and .hdr are what Blender's render window shows; a folder gets NAME.exr and NAME.png. "
         "May be given several times",
     )
-    parser.add_argument("--frame", type=_integer(-MAX_FRAME, MAX_FRAME), metavar="N", help="the frame of the animation")
     names = list(core.samplers.SAMPLERS)
-    parser.add_argument("--sampler", type=_sampler, metavar="NAME", help=f"the sampler: {', '.join(names)}")
+    parser.add_argument("--sampler", type=kinds.sampler, metavar="NAME", help=f"the sampler: {', '.join(names)}")
     for domain, place in DOMAINS.items():
-        parser.add_argument(f"--{domain}-sampler", type=_sampler, metavar="NAME", help=f"another one for {place}")
+        parser.add_argument(f"--{domain}-sampler", type=kinds.sampler, metavar="NAME", help=f"another one for {place}")
     parser.add_argument(
         "--samples",
-        type=_integer(1, core.limits.MAX_SAMPLES),
+        type=kinds.integer(1, core.limits.MAX_SAMPLES),
         metavar="N",
         help="samples per pixel; a sampler that cannot make this count takes the next one above that it can",
     )
-    parser.add_argument("--seed", type=_integer(0, 2**31 - 1), metavar="N", help="chooses the noise pattern")
+    _add_scene_options(parser, "chooses the noise pattern", "the size in pixels, such as 640x360")
+
+
+def _add_compare(commands: argparse._SubParsersAction, opened: Path | None) -> None:
+    """`opened` is the file that is meant where none is named."""
+    parser = commands.add_parser(
+        "compare",
+        help="compare samplers on a .blend file: pictures, error maps, charts and a recommendation",
+        description="Render a .blend file with several samplers, sample counts and seeds, measure their error and "
+        "their time, and recommend one. What no option sets is taken from the file.",
+    )
+    parser.set_defaults(run=_run_compare)
+    many, default = ("?", opened) if opened else (None, None)
+    parser.add_argument("file", nargs=many, default=default, metavar="FILE.blend", type=Path, help="what to render")
+    parser.add_argument(
+        "--output",
+        required=True,
+        metavar="FOLDER",
+        type=Path,
+        help="where to save NAME_samplers.png and .svg (the sheet), _chart.png and .svg, .csv and .json; "
+        "made where it does not exist",
+    )
+    parser.add_argument(
+        "--samplers",
+        nargs="+",
+        type=kinds.sampler,
+        default=comparing.DEFAULT_SAMPLERS,
+        metavar="NAME",
+        help=f"what to compare: any of {', '.join(core.samplers.SAMPLERS)}; default: the first six",
+    )
+    parser.add_argument(
+        "--counts",
+        nargs="+",
+        type=kinds.integer(1, core.limits.MAX_SAMPLES),
+        default=comparing.DEFAULT_COUNTS,
+        metavar="N",
+        help=f"numbers of samples per pixel; default: {' '.join(map(str, comparing.DEFAULT_COUNTS))}",
+    )
+    parser.add_argument(
+        "--seeds",
+        type=kinds.integer(1, comparing.MAX_SEEDS),
+        default=comparing.DEFAULT_SEEDS,
+        metavar="N",
+        help=f"how many noise patterns of each are measured; default: {comparing.DEFAULT_SEEDS}",
+    )
+    size = f"the size in pixels, such as 640x360; default: the file's, its longer side at most {comparing.DEFAULT_SIZE}"
+    _add_scene_options(parser, "chooses the noise patterns", size)
+
+
+def _add_scene_options(parser: argparse.ArgumentParser, seed: str, size: str) -> None:
+    """What every command can set; `seed` and `size` are what it says of those two."""
+    parser.add_argument(
+        "--frame", type=kinds.integer(-MAX_FRAME, MAX_FRAME), metavar="N", help="the frame of the animation"
+    )
+    parser.add_argument("--seed", type=kinds.integer(0, 2**31 - 1), metavar="N", help=seed)
     parser.add_argument(
         "--max-bounces",
-        type=_integer(0, core.limits.MAX_BOUNCES),
+        type=kinds.integer(0, core.limits.MAX_BOUNCES),
         metavar="N",
         help="how often light is reflected between surfaces; 0 is direct light only",
     )
-    parser.add_argument("--resolution", type=_resolution, metavar="WxH", help="the size in pixels, such as 640x360")
-    parser.add_argument("--threads", type=_integer(0, 1024), metavar="N", help="threads; 0 is one per core")
+    parser.add_argument("--resolution", type=kinds.resolution, metavar="WxH", help=size)
+    parser.add_argument("--threads", type=kinds.integer(0, 1024), metavar="N", help="threads; 0 is one per core")
+
+
+# Blender takes a second to load: only for a command that is right so far.
 
 
 def _run_render(options: argparse.Namespace) -> int:
-    # Blender takes a second to load: only for a command that is right so far.
-    from . import headless
+    from .headless import render_files
 
-    return headless.render_files(options)
-
-
-def _integer(low: int, high: int) -> Callable[[str], int]:
-    def parse(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"must be between {low} and {high}, not {value}")
-        return value
-
-    return parse
+    return render_files(options)
 
 
-def _sampler(text: str) -> str:
-    name = text.lower()
-    if name not in core.samplers.SAMPLERS:
-        raise argparse.ArgumentTypeError(f"unknown sampler {text!r}: choose {', '.join(core.samplers.SAMPLERS)}")
-    return name
+def _run_compare(options: argparse.Namespace) -> int:
+    from .headless_compare import compare_file
 
-
-def _resolution(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", text)
-    size = (int(match[1]), int(match[2])) if match else (0, 0)
-    # Blender's own limits.
-    if not all(4 <= side <= 65536 for side in size):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a size such as 640x360, of 4 pixels and more each way")
-    return size
+    return compare_file(options)

@@ -69,6 +69,8 @@ class RooksRenderEngine(bpy.types.RenderEngine):
         for warning in warnings:
             self.report({"WARNING"}, warning)
         worn.warnings += warnings
+        if not worn.on_scene(scene, settings):
+            return
 
         left, bottom = settings.border[:2] if settings.border else (0, 0)
         layer = depsgraph.view_layer_eval.name

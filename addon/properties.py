@@ -6,8 +6,9 @@ Lens, film, threads and resolution are Blender's own settings and stay where Ble
 from __future__ import annotations
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty, StringProperty
 
+from . import comparing, versions
 from ._core import core
 
 
@@ -21,10 +22,54 @@ SAMPLER_ITEMS = tuple(
     for name, sampler in core.samplers.SAMPLERS.items()
 )
 
+#: The same for a choice of several, which Blender stores as bits.
+SAMPLER_FLAGS = tuple((*texts, 1 << number) for *texts, number in SAMPLER_ITEMS)
+
 
 def _sampler(label: str, description: str) -> EnumProperty:
     return EnumProperty(
         name=label, description=description, items=SAMPLER_ITEMS, default="MULTI_JITTERED", update=_tag_update
+    )
+
+
+class RooksComparisonSettings(bpy.types.PropertyGroup):
+    """What *Compare Samplers* measures: `scene.rooks.comparison`. It changes no picture."""
+
+    samplers: EnumProperty(
+        name="Samplers",
+        description="The samplers to compare",
+        items=SAMPLER_FLAGS,
+        options={"ENUM_FLAG"},
+        default={name.upper() for name in comparing.DEFAULT_SAMPLERS},
+    )
+    counts: StringProperty(
+        name="Samples",
+        description="Numbers of samples per pixel, such as: 4 16 64. A sampler that cannot make one of them takes the "
+        "next one above that it can",
+        default=" ".join(map(str, comparing.DEFAULT_COUNTS)),
+    )
+    seeds: IntProperty(
+        name="Seeds",
+        description="How many noise patterns of each are measured: more make the measured error more certain",
+        min=1,
+        max=comparing.MAX_SEEDS,
+        soft_max=50,
+        default=comparing.DEFAULT_SEEDS,
+    )
+    size: IntProperty(
+        name="Longer Side",
+        description="Pictures with a longer side than this are measured at this size",
+        min=4,
+        max=65536,
+        soft_max=4096,
+        default=comparing.DEFAULT_SIZE,
+        subtype="PIXEL",
+    )
+    folder: StringProperty(
+        name="Folder",
+        description="Where the sheet, the chart and the tables are saved. Empty: the folder for temporary files",
+        subtype="DIR_PATH",
+        options=versions.path_options(),
     )
 
 
@@ -78,6 +123,7 @@ class RooksSceneSettings(bpy.types.PropertyGroup):
         default="BOX",
         update=_tag_update,
     )
+    comparison: PointerProperty(type=RooksComparisonSettings)
 
 
 class RooksViewLayerSettings(bpy.types.PropertyGroup):
@@ -99,7 +145,7 @@ def _update_passes(settings: RooksViewLayerSettings) -> None:
     scene.update_tag()
 
 
-CLASSES = (RooksSceneSettings, RooksViewLayerSettings)
+CLASSES = (RooksComparisonSettings, RooksSceneSettings, RooksViewLayerSettings)
 
 
 def register() -> None:

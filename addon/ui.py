@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import bpy
 
+from . import compare_operators, pattern_plot
 from ._core import core
-from .engine import ENGINE_ID
+from .engine import ENGINE_ID, sample_text
 from .settings import sampling
+
+#: The height of a pattern's plot, in rows of the interface.
+PLOT_SCALE = 9.0
+#: What the user knows the domains as.
+DOMAIN_LABELS = {"pixel": "pixel", "lens": "lens", "light": "light", "bsdf": "surface"}
+#: What the four marks of a good point set are called, in the order of `Criteria`.
+MARKS = ("Even in 2-D", "Even in 1-D", "Min Distance", "Irregular")
 
 #: Panels for "every engine" that show what Rooks does not do.
 EXCLUDED_PANELS = {
@@ -68,7 +76,7 @@ class ROOKS_RENDER_PT_sampling(_RooksPanel, bpy.types.Panel):
         row = column.row()
         row.active = not rooks.use_separate_samplers
         row.prop(rooks, "sampler")
-        for line in sample_count_lines(rooks):
+        for line in sample_count_lines(rooks) or [sample_text(_sampling_settings(rooks))]:
             column.label(text=line, icon="INFO")
         column.separator()
         column.prop(rooks, "max_bounces")
@@ -89,6 +97,47 @@ class ROOKS_RENDER_PT_separate_samplers(_RooksPanel, bpy.types.Panel):
         column.active = rooks.use_separate_samplers
         for name in ("pixel_sampler", "lens_sampler", "light_sampler", "bsdf_sampler"):
             column.prop(rooks, name)
+
+
+class ROOKS_RENDER_PT_pattern(_RooksPanel, bpy.types.Panel):
+    bl_label = "Pattern"
+    bl_parent_id = "ROOKS_RENDER_PT_sampling"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        rooks = context.scene.rooks
+        settings = _sampling_settings(rooks)
+        used_for: dict[str, list[str]] = {}
+        for domain, name in settings.samplers.items():
+            used_for.setdefault(name, []).append(DOMAIN_LABELS[domain])
+        for name, domains in used_for.items():
+            sampler = core.samplers.SAMPLERS[name]
+            plot = pattern_plot.plot_of(name, settings.sample_count, rooks.seed)
+            column = self.layout.column(align=True)
+            column.template_icon(icon_value=plot.icon, scale=PLOT_SCALE)
+            where = f" ({', '.join(domains)})" if len(used_for) > 1 else ""
+            _draw_centered(column, sampler.label + where)
+            _draw_centered(column, point_text(settings.sample_count, plot.count))
+            _draw_verdicts(column, sampler.criteria)
+
+
+class ROOKS_RENDER_PT_compare(_RooksPanel, bpy.types.Panel):
+    bl_label = "Compare Samplers"
+    bl_parent_id = "ROOKS_RENDER_PT_sampling"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        wishes = context.scene.rooks.comparison
+        column = self.column()
+        for name in ("samplers", "counts", "seeds", "size", "folder"):
+            column.prop(wishes, name)
+        column.separator()
+        worker = compare_operators.running()
+        if worker is None:
+            column.operator("rooks.compare_samplers", icon="RENDER_RESULT")
+            return
+        row = column.row()
+        row.progress(factor=worker.share, text=compare_operators.progress_text(worker))
+        row.operator("rooks.cancel_comparison", text="", icon="X")
 
 
 class ROOKS_RENDER_PT_film(_RooksPanel, bpy.types.Panel):
@@ -133,6 +182,8 @@ class ROOKS_VIEWLAYER_PT_passes(_RooksPanel, bpy.types.Panel):
 CLASSES = (
     ROOKS_RENDER_PT_sampling,
     ROOKS_RENDER_PT_separate_samplers,
+    ROOKS_RENDER_PT_pattern,
+    ROOKS_RENDER_PT_compare,
     ROOKS_RENDER_PT_film,
     ROOKS_RENDER_PT_performance,
     ROOKS_VIEWLAYER_PT_passes,
@@ -142,13 +193,36 @@ CLASSES = (
 def sample_count_lines(rooks: bpy.types.PropertyGroup) -> list[str]:
     """What the user is told where another count than the one asked for is taken."""
     asked, names = rooks.samples, set(sampling(rooks).values())
-    taken = core.settings.RenderSettings(samples=asked, **sampling(rooks)).sample_count
+    taken = _sampling_settings(rooks).sample_count
     if taken == asked:
         return []
     choosers = [core.samplers.SAMPLERS[name].label for name in sorted(names)]
     who = choosers[0] if len(choosers) == 1 else "Together they"
     verb = "takes" if len(choosers) == 1 else "take"
     return [f"{who} {verb} {taken} samples"]
+
+
+def _sampling_settings(rooks: bpy.types.PropertyGroup) -> core.settings.RenderSettings:
+    return core.settings.RenderSettings(samples=rooks.samples, **sampling(rooks))
+
+
+def point_text(count: int, shown: int) -> str:
+    """How many points a set has, and how many are in its plot where that is another set."""
+    text = f"{count} point{'s' * (count != 1)}"
+    return text if shown == count else f"{text}; shown: a set of {shown}"
+
+
+def _draw_centered(layout: bpy.types.UILayout, text: str) -> None:
+    row = layout.row()
+    row.alignment = "CENTER"
+    row.label(text=text)
+
+
+def _draw_verdicts(layout: bpy.types.UILayout, criteria: core.samplers.Criteria) -> None:
+    """Which marks a sampler has, as a table of two columns."""
+    grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
+    for mark, is_met in zip(MARKS, criteria, strict=True):
+        grid.label(text=mark, icon="CHECKMARK" if is_met else "X")
 
 
 def register() -> None:
@@ -160,6 +234,7 @@ def register() -> None:
 
 
 def unregister() -> None:
+    pattern_plot.forget()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
     for panel in bpy.types.Panel.__subclasses__():

@@ -35,6 +35,11 @@ def choose_file_format(settings: bpy.types.ImageFormatSettings, file_format: str
     settings.file_format = file_format
 
 
+def path_options() -> set[str]:
+    """The options of a property that is a path: it may begin with "//". That has to be said from 4.5 on."""
+    return {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
+
+
 def world_of(depsgraph: bpy.types.Depsgraph) -> bpy.types.World | None:
     """The scene's world, or the one that a view layer puts in its place (a choice from 4.3 on)."""
     override = getattr(depsgraph.view_layer_eval, "world_override", None)

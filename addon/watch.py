@@ -1,4 +1,4 @@
-"""How a script follows the renders that it starts: `with watching(Watch()) as watch: bpy.ops.render.render()`.
+"""How a script follows the renders that it starts: `watched_render(Watch())`.
 
 Blender keeps what happens inside a render engine to itself: the operator says neither how far it is, nor which samples
 were taken, nor why nothing came out. The engine writes all that into the watch that is being worn, if there is one.
@@ -20,6 +20,8 @@ class Watch:
     """What the engine did: one film and its settings per view layer, in the order in which they were rendered."""
 
     on_progress: Callable[[int, int], None] = lambda done, total: None
+    #: Gets each view layer as it was exported, and says whether a picture of it is wanted.
+    on_scene: Callable[[core.scene.Scene, core.settings.RenderSettings], bool] = lambda scene, settings: True
     #: Where the tracebacks of bugs go.
     err: TextIO = field(default_factory=lambda: sys.stderr)
     films: list[core.Film] = field(default_factory=list)
@@ -45,3 +47,25 @@ def watching(watch: Watch) -> Iterator[Watch]:
         yield watch
     finally:
         _worn = before
+
+
+def watched_render(watch: Watch, **options) -> None:
+    """Call Blender's render operator, with `options`, in the sight of a watch.
+
+    Raises:
+        SceneError: it came to nothing; the text is the engine's, or else Blender's.
+        KeyboardInterrupt: somebody pressed Ctrl-C.
+    """
+    import bpy
+
+    with watching(watch):
+        try:
+            outcome = bpy.ops.render.render(**options)
+        except RuntimeError as error:
+            watch.error = watch.error or str(error).splitlines()[0].removeprefix("Error: ")
+    if watch.interrupted:
+        raise KeyboardInterrupt
+    if watch.error is None and "FINISHED" not in outcome:
+        watch.error = "Blender rendered nothing"
+    if watch.error:
+        raise core.errors.SceneError(watch.error)
