@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: help render test lint format docs extension clean
+.PHONY: help render test lab lint format docs extension clean
 
 PYTHON ?= python3.11
 PIP := pip==26.3 # the pip of Python 3.11 is older than dependency groups
@@ -26,9 +26,22 @@ format: .venv/.complete ## repair what lint complains about, where that can be d
 	$(run) -m ruff check --fix-only .
 	$(run) -m ruff format .
 
-docs: .venv/.complete ## make the generated parts of the README again
-	$(run) docs/update_readme.py
+docs: .venv/.complete ## make the pictures, measurements and generated parts of the docs again (a quarter of an hour)
+	mkdir -p docs/data
+	$(run) -m core patterns --output out/docs/patterns
+	$(run) -m core score --json docs/data/score.json
+	$(run) -m core figures --output out/docs/figures
+	cp out/docs/figures/figures.json docs/data/
+	$(run) -m core chart --output out/docs/chart --restart
+	cp out/docs/chart/chart.json docs/data/
 	$(run) -m addon render sample_scenes/still_life.blend --samples 256 --output docs/images/still_life.png
+	$(run) docs/update.py
+
+lab: .venv/.complete ## make the sampling lab's patterns, scores, figures and charts in out/ (ten minutes)
+	$(run) -m core patterns
+	$(run) -m core score --json out/score.json
+	$(run) -m core figures
+	$(run) -m core chart
 
 extension: .venv/.complete ## build the Blender extension into dist/
 	$(run) .ci/build_extension.py

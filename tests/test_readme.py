@@ -1,4 +1,4 @@
-"""The README is true: its table is the registry's, and its Python runs."""
+"""The README and the pages of docs/ are true: their tables are the code's and the data's, and their Python runs."""
 
 from __future__ import annotations
 
@@ -7,13 +7,24 @@ import runpy
 from pathlib import Path
 
 import OpenEXR
+import pytest
+
+from core.lab import chart_tables
+from core.lab.efficiency import curves, fit_slope
 
 README = Path(__file__).parent.parent / "README.md"
 
+update = runpy.run_path(str(README.parent / "docs" / "update.py"))
 
-def test_the_table_of_samplers_is_made_from_the_registry():
-    updated = runpy.run_path(str(README.parent / "docs" / "update_readme.py"))["updated"]
-    assert updated(README.read_text()) == README.read_text(), "run `make docs`"
+
+@pytest.mark.parametrize("page", update["PAGES"], ids=lambda page: page.name)
+def test_the_generated_parts_of_a_page_are_up_to_date(page):
+    text = page.read_text(encoding="utf-8")
+    assert update["updated"](text) == text, "run `make docs`, or docs/update.py where only code has changed"
+
+
+def test_the_page_of_the_chart_is_that_of_its_data():
+    assert update["CHART_PAGE"].read_text(encoding="utf-8") == update["chart_page"]()
 
 
 def test_the_example_of_the_core_runs_and_writes_its_picture(tmp_path, monkeypatch, capsys):
@@ -29,6 +40,26 @@ def test_the_example_of_the_core_runs_and_writes_its_picture(tmp_path, monkeypat
     assert shadow < 0.5 * open_floor
 
 
-def test_the_pictures_that_it_shows_are_there():
-    for image in re.findall(r"!\[.*?\]\((.*?)\)", README.read_text()):
-        assert (README.parent / image).is_file(), image
+@pytest.mark.parametrize("page", update["PAGES"], ids=lambda page: page.name)
+def test_what_a_page_shows_and_links_to_is_there(page):
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\((?!http|#)([^)#]*).*?\)", text):
+        assert (page.parent / target).exists(), target
+
+
+def test_the_docs_measured_slopes_are_within_a_tenth_of_the_expected_ones():
+    for subject in update["data"]("chart")["subjects"].values():
+        if subject["kind"] == "integrand":
+            for name, curve in curves(chart_tables.cells(subject)).items():
+                slope = fit_slope(curve.counts, curve.errors)
+                assert slope.value == pytest.approx(subject["expected"][name], abs=0.1), (subject["label"], name)
+
+
+def test_the_docs_references_err_ten_times_less_than_what_they_judge():
+    for subject in update["data"]("chart")["subjects"].values():
+        assert subject["kind"] == "integrand" or subject["references"]
+        for reference in subject["references"]:
+            judged = [cell for cell in subject["cells"] if cell["sampler"] in reference["judges"]]
+            assert reference["sampler"] not in reference["judges"]
+            assert not set(reference["seeds"]) & {seed for cell in judged for seed in cell["seeds"]}
+            assert 10 * reference["standard_error"] <= min(error for cell in judged for error in cell["rmse"])
