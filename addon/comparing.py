@@ -136,6 +136,8 @@ class Worker:
         except core.errors.RooksError as error:
             self.error = str(error)
         except Exception as error:
+            if "interpreter shutdown" in str(error):
+                return  # Blender was closed, and Python starts no more threads
             # A bug: unlike a user's mistake it deserves a traceback.
             traceback.print_exc(file=sys.stderr)
             self.error = f"internal error: {type(error).__name__}: {error}".splitlines()[0]

@@ -64,6 +64,7 @@ def hand_over(scene: bpy.types.Scene, resolution: tuple[int, int], err: TextIO =
     if not taken:
         raise core.errors.SceneError("Blender rendered nothing: switch on a view layer")
     kernels.choose_cache_folder()
+    kernels.choose_drawing_folder()
     return Handover(*taken[0], (*watch.warnings, *left_out))
 
 
