@@ -156,6 +156,8 @@ def compares(blender: Blender, home: Path) -> None:
         raise CheckError(f"the comparison wrote {', '.join(written)}:\n{printed}")
     if "for this scene" not in printed:
         raise CheckError(f"the comparison recommends nothing:\n{printed}")
+    if strays := [path for path in (home / ".cache/matplotlib", home / ".config/matplotlib") if path.exists()]:
+        raise CheckError(f"comparing writes outside of the extension's own folder: {', '.join(map(str, strays))}")
     code, printed = blender.start(*command, str(home / "refused"), *samplers, "nonsense")
     if code != 2 or "unknown sampler 'nonsense'" not in printed or (home / "refused").exists():
         raise CheckError(f"a sampler that does not exist is not refused, exit code {code}:\n{printed}")

@@ -30,6 +30,9 @@ def run_in_blender(arguments: list[str]) -> int:
     """Run a command in Blender, on the file that is open where none is named, and return its exit status."""
     import bpy
 
+    from .kernels import choose_drawing_folder
+
+    choose_drawing_folder()
     # Blender would only make a note of Ctrl-C. It ends with the command, so that its own handler is not missed.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     parser, commands = _empty_parser("blender FILE.blend --command rooks")
