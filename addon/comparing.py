@@ -17,7 +17,7 @@ from types import ModuleType
 from ._core import core
 
 #: What is compared where nobody says otherwise: the textbook's samplers, at counts that all of them can make.
-DEFAULT_SAMPLERS = tuple(name for name, sampler in core.samplers.SAMPLERS.items() if sampler.number <= 5)
+DEFAULT_SAMPLERS = core.samplers.TEXTBOOK
 DEFAULT_COUNTS = (4, 16, 64)
 DEFAULT_SEEDS = 5
 #: A picture's longer side: enough to judge samplers by, and a minute's work for two cores.

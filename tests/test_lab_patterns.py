@@ -216,7 +216,7 @@ def test_the_initial_arrangement_of_multi_jittered_points_steps_through_the_fine
     ],
 )
 def test_the_textbooks_figures_have_its_panels(name, counts):
-    title, draw = patterns.TEXTBOOK[name]
+    title, draw = patterns.BOOK_FIGURES[name]
     assert title.startswith("textbook_")
     figure = draw(1)
     squares = figure.axes[::3]
@@ -226,7 +226,7 @@ def test_the_textbooks_figures_have_its_panels(name, counts):
 
 
 def test_n_rooks_are_on_the_diagonal_before_the_shuffle():
-    squares = patterns.TEXTBOOK["n_rooks"][1](1).axes[::3]
+    squares = patterns.BOOK_FIGURES["n_rooks"][1](1).axes[::3]
     before, after = (np.floor(drawn_points(square) * 16).astype(int) for square in squares[:2])
     assert (before[:, 0] == before[:, 1]).all()
     assert not (after[:, 0] == after[:, 1]).all()

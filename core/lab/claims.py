@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from ..samplers import TEXTBOOK
 from .criteria import MOST_UNEVEN, Marks
 
-TEXTBOOK = ("regular", "random", "jittered", "n_rooks", "multi_jittered", "hammersley")
 YES_NO = {True: "✓", False: "✗"}
 
 

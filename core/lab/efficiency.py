@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..samplers import SAMPLERS
+from ..samplers import SAMPLERS, TEXTBOOK
 from .measure import Cell
 
 #: Slopes are fitted from this count on: a power law is what the error tends to when there are many samples.
@@ -175,7 +175,7 @@ def times_fewer(measured: dict[str, Curve]) -> dict[int, TimesFewer]:
     Random's samples are independent, so that its error falls with exactly n^-1/2: with the errors at n, Random needs
     n × (its error / the best one's)², whether that count was measured or not.
     """
-    six = {name: curve for name, curve in measured.items() if SAMPLERS[name].number <= 5}
+    six = {name: curve for name, curve in measured.items() if name in TEXTBOOK}
     answer = {}
     for count in MILESTONES:
         at = {name: np.flatnonzero(curve.counts == count) for name, curve in six.items()}

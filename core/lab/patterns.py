@@ -55,8 +55,8 @@ def run(options: argparse.Namespace) -> int:
             if count != asked:
                 console.print(f"{name}: {count} points for {asked}, since {SAMPLERS[name].counts.rule}")
             drawings[f"{name}_{count}"] = lambda name=name, count=count: pattern(SAMPLERS[name], count, options.seed)
-        if name in TEXTBOOK:
-            title, draw = TEXTBOOK[name]
+        if name in BOOK_FIGURES:
+            title, draw = BOOK_FIGURES[name]
             drawings[title] = lambda draw=draw: draw(options.seed)
     for title, draw in track(drawings.items(), "drawing", console=console, disable=not console.is_terminal):
         style.save(draw(), options.output / title)
@@ -100,7 +100,7 @@ def _points(name: str, count: int, seed: int) -> np.ndarray:
     return independent_sets(SAMPLERS[name], count, 1, seed)[0]
 
 
-TEXTBOOK = {
+BOOK_FIGURES = {
     "regular": ("textbook_regular", _by_count("regular", 16, 256)),
     "random": ("textbook_5_8_random", _by_count("random", 16, 256)),
     "jittered": ("textbook_5_9_jittered", _by_count("jittered", 16, 256)),

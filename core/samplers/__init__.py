@@ -10,7 +10,7 @@ from pkgutil import iter_modules
 
 from .sampler import Criteria, Sampler
 
-__all__ = ["SAMPLERS", "Criteria", "Sampler"]
+__all__ = ["SAMPLERS", "TEXTBOOK", "Criteria", "Sampler"]
 
 
 def _discover() -> dict[str, Sampler]:
@@ -21,3 +21,6 @@ def _discover() -> dict[str, Sampler]:
 
 
 SAMPLERS: dict[str, Sampler] = _discover()
+
+#: The names of the six that the textbook teaches (Suffern 2007, ch. 5); the others are there to measure them with.
+TEXTBOOK = tuple(name for name, sampler in SAMPLERS.items() if sampler.number <= 5)
