@@ -26,6 +26,7 @@ from .lights import pack_lights
 from .packing import PackedScene, pack_scene
 from .scene import Scene
 from .settings import RenderSettings
+from .shared_use import SharedUse
 
 BLOCK = 4
 #: How often the calling thread looks whether it should stop, in seconds.
@@ -67,16 +68,17 @@ def render(
     left, bottom, right, top = _region(scene, settings)
     film = _new_film(left, bottom, right, top, scene, settings)
     packed = pack_scene(scene, settings.thread_count)
+    embree = SharedUse(packed.embree.close)
     try:
         frame = _make_frame(scene, settings, packed)
         film.cancelled = not _load_kernels(frame, should_cancel)
         film.setup_seconds = time.perf_counter() - start
         start = time.perf_counter()
         if not film.cancelled:
-            _render_tiles(film, frame, settings, on_tile, should_cancel)
+            _render_tiles(film, frame, embree, settings, on_tile, should_cancel)
         film.seconds = time.perf_counter() - start
     finally:
-        packed.embree.close()
+        embree.let_go()
     return film
 
 
@@ -143,6 +145,7 @@ def _make_frame(scene: Scene, settings: RenderSettings, packed: PackedScene) -> 
 def _render_tiles(
     film: Film,
     frame: Frame,
+    embree: SharedUse,
     settings: RenderSettings,
     on_tile: Callable[[Tile], None] | None,
     should_cancel: Callable[[], bool] | None,
@@ -153,12 +156,15 @@ def _render_tiles(
     def render_one(bounds: tuple[int, int, int, int]) -> tuple[dict[str, np.ndarray], int] | None:
         if not hasattr(memory, "batch"):
             memory.batch = new_batch(settings.batch_packets)
-        return _render_tile(bounds, frame, settings, memory.batch, stop)
+        with embree.user() as is_open:
+            return _render_tile(bounds, frame, settings, memory.batch, stop) if is_open else None
 
     tiles = list(_tiles(film, settings.tile_size))
     with ThreadPoolExecutor(settings.thread_count, "rooks") as pool:
-        waiting: dict[Future, tuple[int, int, int, int]] = {pool.submit(render_one, tile): tile for tile in tiles}
+        waiting: dict[Future, tuple[int, int, int, int]] = {}
         try:
+            for tile in tiles:
+                waiting[pool.submit(render_one, tile)] = tile
             while waiting:
                 finished, _ = wait(waiting, timeout=POLL, return_when=FIRST_COMPLETED)
                 for future in finished:

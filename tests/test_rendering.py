@@ -28,8 +28,10 @@ from core import (
     render,
     rendering,
 )
+from core.embree import EmbreeScene
 from core.film import PASSES
 from core.samplers import SAMPLERS
+from core.shared_use import SharedUse
 from tests.scenes import (
     WHITE,
     box,
@@ -416,3 +418,46 @@ def test_a_render_can_be_cancelled_while_its_kernels_load(monkeypatch):
     assert film.finished_pixels == 0
     monkeypatch.setattr(rendering, "_render_blocks", compiled)
     assert not render(still_life(), RenderSettings(samples=1)).cancelled
+
+
+def test_ctrl_c_while_a_thread_starts_does_not_take_the_scene_from_under_it(monkeypatch):
+    """The pool does not know of a thread whose start was interrupted, and does not wait for it."""
+    done, began, start, tile = [], threading.Event(), threading.Thread.start, rendering._render_tile
+
+    def interrupted_start(thread):
+        start(thread)
+        if thread.name.startswith("rooks_"):
+            assert began.wait(10)
+            raise KeyboardInterrupt
+
+    def slow_tile(*arguments):
+        began.set()
+        time.sleep(0.3)
+        result = tile(*arguments)
+        done.append("traced")
+        return result
+
+    monkeypatch.setattr(threading.Thread, "start", interrupted_start)
+    monkeypatch.setattr(rendering, "_render_tile", slow_tile)
+    monkeypatch.setattr(EmbreeScene, "close", lambda scene: done.append("closed"))
+    with pytest.raises(KeyboardInterrupt):
+        render(Scene(camera_down(4, (8, 8)), (Instance(floor()),)), RenderSettings(samples=1, threads=1))
+    deadline = time.monotonic() + 10
+    while len(done) < 2 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert done == ["traced", "closed"]
+
+
+def test_what_is_shared_is_closed_once_by_the_last_who_uses_it():
+    closed = []
+    shared = SharedUse(lambda: closed.append(True))
+    with shared.user() as first:
+        shared.let_go()
+        with shared.user() as second:
+            assert first
+            assert second
+        assert not closed
+    assert closed == [True]
+    with shared.user() as late:
+        assert not late
+    assert closed == [True]
