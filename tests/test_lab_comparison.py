@@ -36,7 +36,7 @@ def last(its: Curve) -> Curve:
 
 
 def sentence(*its: Curve) -> str:
-    return recommend({one.sampler: one for one in its})
+    return recommend({one.sampler: one for one in its}, ())
 
 
 def edge(width: int = 16, height: int = 12) -> Scene:
@@ -62,6 +62,24 @@ def test_what_is_as_good_is_named():
 def test_without_random_the_worst_is_the_yardstick():
     found = sentence(curve("regular", 2.0), curve("jittered"), curve("sobol_owen", 1.0, slower=3))
     assert found == "Jittered for this scene: the error of Regular in 0.25 of its time."
+
+
+def test_a_best_that_errs_by_a_pattern_is_not_praised_without_saying_so():
+    measured = {"random": curve("random"), "regular": curve("regular", 0.5)}
+    assert recommend(measured, {"regular"}) == (
+        "Regular for this scene: the error of Random in 0.25 of its time, but as a pattern and not as noise."
+    )
+    assert "pattern" not in recommend(measured, {"random"})
+    once = {name: last(its) for name, its in measured.items()}
+    assert recommend(once, {"regular"}).endswith("in 1.00 of its time, but as a pattern and not as noise.")
+
+
+def test_regular_points_err_by_a_pattern_and_jittered_ones_by_noise():
+    """At a straight edge regular points err less than random ones, and always in the same way."""
+    for best, is_pattern in (("regular", True), ("jittered", False)):
+        found = compare(edge(24, 16), RenderSettings(threads=1), ["random", best], [16], 8)
+        assert found.recommendation.startswith(found.data["settings"]["samplers"][1].title())
+        assert ("as a pattern" in found.recommendation) == is_pattern
 
 
 def test_within_the_uncertainty_nobody_is_recommended():

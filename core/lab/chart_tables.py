@@ -148,6 +148,11 @@ def bias_bound(cell: Cell) -> tuple[float, bool]:
     return max(cell.bias_squared, 0.0) + 3 * cell.bias_squared_error, False
 
 
+def errs_by_a_pattern(cell: Cell) -> bool:
+    """Whether most of the squared error is bias, which no other seed and no mean over pictures takes away."""
+    return cell.bias_squared is not None and bias_bound(cell)[1] and cell.bias_squared > cell.variance
+
+
 # The claim, and the tables as Markdown
 
 

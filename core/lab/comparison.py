@@ -19,7 +19,7 @@ from ..samplers import SAMPLERS
 from ..scene import Scene
 from ..settings import RenderSettings
 from . import chart_data, chart_drawing, comparison_drawing, style
-from .chart_tables import cells
+from .chart_tables import cells, errs_by_a_pattern
 from .efficiency import curves, yardstick
 from .measure import Cancelled, Cell, Laboratory, Reference, Study
 from .recommendation import recommend
@@ -121,7 +121,9 @@ def compare(
         on_progress(1.0, "done")
     best = min(references, key=lambda reference: reference.standard_error)
     measured = curves(cells(subject))
-    sentence = recommend(measured)
+    last = {name: SAMPLERS[name].actual_count(study.counts[-1]) for name in study.samplers}
+    patterned = {c.sampler for c in cells(subject) if c.count == last[c.sampler] and errs_by_a_pattern(c)}
+    sentence = recommend(measured, patterned)
     data["recommendation"] = sentence
     differing = _most_different(measured, shots, shown[-1])
     return Comparison(data, sentence, display(best.picture), shown, shots, choose_crops(differing))

@@ -3,12 +3,15 @@
 The yardstick is Random, or where that was not compared the sampler with the largest error. The best sampler is the one
 that reaches the yardstick's error, at its largest count, in the least time. Where only one count was measured there is
 no such time, and errors at that count are compared instead. What lies within the uncertainty is said to be undecided.
+
+The root mean square does not tell a pattern from noise, and the eye does: where the best one's error is mostly bias,
+the same with every seed, the sentence says so.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -19,10 +22,11 @@ from .efficiency import Curve, needed, yardstick
 TIME_UNCERTAINTY = 0.05
 #: A difference counts from so many standard errors on.
 SIGNIFICANT = 2
+PATTERN = ", but as a pattern and not as noise"
 
 
-def recommend(measured: dict[str, Curve]) -> str:
-    """The sentence for curves by sampler name, of one count or several."""
+def recommend(measured: dict[str, Curve], patterned: Collection[str]) -> str:
+    """The sentence for curves by sampler name, of one count or several; `patterned` are those that err by a pattern."""
     if len(measured) == 1:
         (curve,) = measured.values()
         return f"Only {_label(curve)} was measured on this scene: add another sampler to compare it with."
@@ -33,11 +37,11 @@ def recommend(measured: dict[str, Curve]) -> str:
             return "Every sampler renders this scene exactly: take any, with the fewest samples."
         return f"{_label(against)} renders this scene exactly: nothing can be better."
     if len(against.counts) == 1:
-        return _by_error(measured, against)
-    return _by_time(measured, against)
+        return _by_error(measured, against, patterned)
+    return _by_time(measured, against, patterned)
 
 
-def _by_time(measured: dict[str, Curve], against: Curve) -> str:
+def _by_time(measured: dict[str, Curve], against: Curve, patterned: Collection[str]) -> str:
     target, own_time = against.errors[-1], against.seconds[-1]
     others = {name: curve for name, curve in measured.items() if curve is not against}
     reach = {name: needed(curve.seconds, curve.errors, target) for name, curve in others.items()}
@@ -54,11 +58,12 @@ def _by_time(measured: dict[str, Curve], against: Curve) -> str:
         and math.log(ratio / ratios[best]) < SIGNIFICANT * math.hypot(uncertainties[name], uncertainties[best])
     ]
     bound = "at most " if reach[best].relation == "≤" else ""
+    pattern = PATTERN if best in patterned else ""
     saved = f"the error of {_label(against)} in {bound}{ratios[best]:.2f} of its time"
-    return f"{_label(measured[best])} for this scene: {saved}{_aside(measured, equals)}."
+    return f"{_label(measured[best])} for this scene: {saved}{pattern}{_aside(measured, equals)}."
 
 
-def _by_error(measured: dict[str, Curve], against: Curve) -> str:
+def _by_error(measured: dict[str, Curve], against: Curve, patterned: Collection[str]) -> str:
     best = min(measured.values(), key=lambda curve: curve.errors[-1])
     count = best.counts[-1]
     if _same(against, best):
@@ -67,8 +72,9 @@ def _by_error(measured: dict[str, Curve], against: Curve) -> str:
         name for name, curve in measured.items() if curve is not best and curve is not against and _same(curve, best)
     ]
     error, time = best.errors[-1] / against.errors[-1], best.seconds[-1] / against.seconds[-1]
+    pattern = PATTERN if best.sampler in patterned else ""
     saved = f"at {count} samples {error:.2f} of the error of {_label(against)}, in {time:.2f} of its time"
-    return f"{_label(best)} for this scene: {saved}{_aside(measured, equals)}."
+    return f"{_label(best)} for this scene: {saved}{pattern}{_aside(measured, equals)}."
 
 
 def _same(worse: Curve, better: Curve) -> bool:
