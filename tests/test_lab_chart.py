@@ -42,7 +42,6 @@ from core.lab.measure import (
 )
 from core.samplers import SAMPLERS
 
-EMPTY = '{"format": 1, "subjects": {"disk": {"cells": []}}}'
 QUICK = ("--resolution", "12x8", "--seeds", "3", "--trials", "5")
 
 
@@ -202,6 +201,14 @@ def test_without_bias_its_estimate_is_as_often_below_zero_as_above():
     assert 70 < below < 130
 
 
+@pytest.mark.parametrize("seeds", [2, 3, 5])
+def test_bias_that_is_not_there_is_hardly_ever_significant(seeds):
+    """As charts judge it, from three standard errors on: 2 % of the time at most, where three seeds are few."""
+    rng = np.random.default_rng(24)
+    found = [bias_and_variance(error_products(*synthetic(0, 1, seeds, 0.01, rng)), 1e-4) for _ in range(200)]
+    assert sum(bias > 3 * error for bias, error, _ in found) <= 4
+
+
 def test_a_single_seed_tells_no_bias():
     products = error_products(*synthetic(1, 1, 1, 0, np.random.default_rng(1)))
     assert products.shape == (1, 1)
@@ -307,6 +314,15 @@ def test_curves_are_of_the_mean_square_and_the_median_time():
     (found,) = curves([chart_data.Cell(**cell_dict("random", 4, [3.0, 4.0, 0.0]) | times)]).values()
     assert found.errors[0] == pytest.approx(math.sqrt(25 / 3))
     assert found.seconds[0] == pytest.approx(0.4)
+
+
+def test_a_sampler_needs_its_own_time_for_its_own_error():
+    """Also where one of its counts takes longer than a larger one: nobody would choose that."""
+    errors = np.array([8.0, 5.0, 4.0, 2.0])
+    its = Curve("random", np.array([16, 36, 64, 256]), *[errors] * 4, np.array([1.0, 5.0, 4.0, 9.0]))
+    standing = compare(its, its)
+    assert [needed.amount for needed in standing.seconds] == pytest.approx([1, 4, 9])
+    assert standing.error_ratios == pytest.approx([1, 1, 1])
 
 
 # The command
@@ -430,7 +446,16 @@ def test_restarting_measures_anew(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("content", "message"), [("{", "cannot read"), ("{}", "no chart of this version"), (None, "no ")]
+    ("content", "message"),
+    [
+        ("{", "cannot read"),
+        ("{}", "no chart of this version"),
+        ("[]", "no chart of this version"),
+        ('{"format": 1}', "no chart of this version"),
+        ('{"format": 1, "subjects": {"disk": {}}}', "no chart of this version"),
+        ('{"format": 1, "settings": [], "machine": {}, "versions": {}, "subjects": {}}', "no chart of this version"),
+        (None, "no "),
+    ],
 )
 def test_a_file_that_is_no_chart_is_refused_in_one_line(tmp_path, capsys, content, message):
     if content is not None:

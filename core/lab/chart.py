@@ -3,7 +3,7 @@
 Two kinds of subject: integrands with a closed-form integral, and rendered scenes, each of which leaves one domain of
 sampling to chance (see `scenes`) or, the last, all of them. Every cell (subject, sampler, count) is written to
 chart.json as soon as it is measured: an interrupted chart goes on where it stopped, and can be drawn again from that
-file alone. Measurements with other settings, from another machine or another version are never mixed.
+file alone. Measurements with other settings, on another kind of machine or with other sources are never mixed.
 """
 
 from __future__ import annotations
@@ -46,17 +46,22 @@ class RenderedSubject:
     expect: str | None
     note: str
 
+    @property
+    def expected(self) -> dict[str, float]:
+        """The slope to be expected, by sampler. Sets without chance see edges of one angle alone, where it is not."""
+        if self.expect is None:
+            return {"random": -0.5}
+        slopes = integrands.EXPECTED_SLOPES[self.expect]
+        return {name: slope for name, slope in slopes.items() if name not in ("regular", "hammersley")}
+
 
 #: So narrow that a pixel's samples all go through its middle: the pixel then has no variance of its own.
 _POINT_PIXEL = {"pixel_filter": "blackman_harris", "filter_width": 0.01}
+_EDGE = "that of a straight edge, for sets left to chance"
 RENDERED = {
-    "pixel": RenderedSubject(
-        "Pixel: checkerboard to the horizon", scenes.checkerboard, {}, "half_plane", "that of a straight edge"
-    ),
-    "lens": RenderedSubject(
-        "Lens: edge out of focus", scenes.defocus, _POINT_PIXEL, "half_plane", "that of a straight edge"
-    ),
-    "light": RenderedSubject("Light: penumbra", scenes.penumbra, _POINT_PIXEL, "half_plane", "that of a straight edge"),
+    "pixel": RenderedSubject("Pixel: checkerboard to the horizon", scenes.checkerboard, {}, None, "of Random alone"),
+    "lens": RenderedSubject("Lens: edge out of focus", scenes.defocus, _POINT_PIXEL, "half_plane", _EDGE),
+    "light": RenderedSubject("Light: penumbra", scenes.penumbra, _POINT_PIXEL, "half_plane", _EDGE),
     "all": RenderedSubject("Pixel, lens, lights and surfaces", scenes.everything, {}, None, "of Random alone"),
 }
 SUBJECTS = (*integrands.INTEGRANDS, *RENDERED)
@@ -124,14 +129,20 @@ def run(options: argparse.Namespace) -> int:
         try:
             measure_all(data, lambda: save(data, file))
         except KeyboardInterrupt:
-            kept = f"{cells_done(data)} cells are kept in {file}"
-            print(f"{kinds.PROGRAM}: interrupted: {kept}, the same command goes on from there", file=sys.stderr)
+            print(f"{kinds.PROGRAM}: interrupted: {_kept(data, file, options.restart)}", file=sys.stderr)
             return 130
     written = draw(data, options.output)
     for line in chart_tables.claim(data):
         print(line)
     print(f"{len(written)} files in {options.output}: {', '.join(sorted(path.name for path in written))}")
     return 0
+
+
+def _kept(data: dict, file: Path, restarted: bool) -> str:
+    if not cells_done(data):
+        return "nothing had been measured yet"
+    command = "the same command without --restart" if restarted else "the same command"
+    return f"{cells_done(data)} cells are kept in {file}, {command} goes on from there"
 
 
 def _begin(options: argparse.Namespace, file: Path) -> dict:
@@ -243,8 +254,7 @@ def integrand_cell(sampler: str, requested: int, count: int, seeds: list[int], t
 
 def _measure_scene(data: dict, name: str, keep: Callable[[], None], on_progress: Callable) -> None:
     rendered = RENDERED[name]
-    expected = integrands.EXPECTED_SLOPES[rendered.expect] if rendered.expect else {"random": -0.5}
-    data["subjects"].setdefault(name, new_subject(rendered.label, "scene", expected, rendered.note))
+    data["subjects"].setdefault(name, new_subject(rendered.label, "scene", rendered.expected, rendered.note))
     laboratory = Laboratory(_study(data, rendered), lambda share, now: on_progress(name, share, now))
     measure_scene(data, name, laboratory, lambda *_: keep())
     on_progress(name, 1, "done")

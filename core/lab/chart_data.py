@@ -22,6 +22,7 @@ import numpy as np
 
 from ..errors import OutputError
 from ..files import replacing
+from ..samplers import SAMPLERS
 from ..settings import available_cores
 from .measure import Cell, Laboratory, Reference, assign_references
 
@@ -121,9 +122,24 @@ def load(file: Path) -> dict:
         raise OutputError(f"there is no {file}: measure first, without --redraw") from None
     except (OSError, ValueError) as error:
         raise OutputError(f"cannot read {file}: {error}") from None
-    if not isinstance(data, dict) or data.get("format") != FORMAT:
+    if not _is_ours(data):
         raise OutputError(f"{file} holds no chart of this version: choose another --output, or --restart to replace it")
     return data
+
+
+def _is_ours(data: object) -> bool:
+    """Whether all is there that drawing and resuming read, of samplers that there are."""
+    try:
+        subjects = data["subjects"].values()
+        cells = [Cell(**cell) for subject in subjects for cell in subject["cells"]]
+        return (
+            data["format"] == FORMAT
+            and all(isinstance(data[part], dict) for part in ("settings", "machine", "versions"))
+            and all(subject.keys() >= new_subject("", "", {}, "").keys() for subject in subjects)
+            and all(cell.sampler in SAMPLERS for cell in cells)
+        )
+    except (AttributeError, KeyError, TypeError):
+        return False
 
 
 def save(data: dict, file: Path) -> None:

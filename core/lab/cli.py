@@ -27,7 +27,10 @@ EXTRA = ("matplotlib", "scipy", "rich")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit status."""
-    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    return run_command(lambda: _run(list(sys.argv[1:] if arguments is None else arguments)))
+
+
+def _run(arguments: list[str]) -> int:
     chosen = _choose(arguments[:1])
     module = _load(chosen)
     if module is None:
@@ -35,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = OneLineParser(prog=f"{PROG} {chosen}", description=module.__doc__.splitlines()[0])
     module.add_arguments(parser)
     options = parser.parse_args(arguments[1:])
-    return run_command(lambda: module.run(options))
+    return module.run(options)
 
 
 def _choose(first: list[str]) -> str:

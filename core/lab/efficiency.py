@@ -125,6 +125,14 @@ def error_at(amounts: np.ndarray, errors: np.ndarray, amount: float) -> float | 
     return found if found > 0 else None
 
 
+def front(amounts: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A sampler's counts that are worth their price, in order of amounts: none is as good for less."""
+    order = np.lexsort((errors, amounts))
+    amounts, errors = amounts[order], errors[order]
+    better = np.r_[True, errors[1:] < np.minimum.accumulate(errors)[:-1]]
+    return amounts[better], errors[better]
+
+
 def yardstick(measured: dict[str, Curve]) -> Curve:
     """The sampler that others are compared with: Random, or else the one whose error is the largest at the end."""
     return measured.get(YARDSTICK) or max(measured.values(), key=lambda curve: curve.errors[-1])
@@ -153,10 +161,11 @@ def compare(curve: Curve, against: Curve) -> Standing:
     """How `curve` does at equal error and at equal time."""
     at = milestones(against)
     errors, seconds = against.errors[at], against.seconds[at]
-    reached = [error_at(curve.seconds, curve.errors, when) for when in seconds]
+    worthwhile = front(curve.seconds, curve.errors)
+    reached = [error_at(*worthwhile, when) for when in seconds]
     return Standing(
         [needed(curve.counts.astype(float), curve.errors, target) for target in errors],
-        [needed(curve.seconds, curve.errors, target) for target in errors],
+        [needed(*worthwhile, target) for target in errors],
         [error / target if error and target else None for error, target in zip(reached, errors, strict=True)],
     )
 

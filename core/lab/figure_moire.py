@@ -39,11 +39,12 @@ def make(studio: Studio, scene: Scene, reference: Reference) -> Plate:
     first, last = numbers[: len(SAMPLERS)], numbers[-len(SAMPLERS) :]
     caption = (
         "Moiré, its cure, and what the cure costs. Regular points make waves of the far checks; more of them make the "
-        "waves fainter and push them towards the horizon. Irregular points make noise instead: with one sample per "
-        f"pixel it errs by {first[1]['rmse']:.3f} (regular {first[0]['rmse']:.3f}), with {COUNTS[-1]} by "
-        f"{last[2]['rmse']:.3f} (regular {last[0]['rmse']:.3f}). Pattern: the share of the error's energy that lies in "
-        f"the strongest frequency of its row (Fisher's g); white noise has {noise:.3f}. {truth.sentence()} The bars "
-        "show the cause: a pair of checks nearly as long as a pixel, met at equal steps, is seen as a slow wave."
+        "waves fainter and push them towards the horizon. Irregular points make noise instead: multi-jittered "
+        f"ones err with one sample per pixel by {first[2]['rmse']:.3f} (regular {first[0]['rmse']:.3f}), with "
+        f"{COUNTS[-1]} by {last[2]['rmse']:.3f} (regular {last[0]['rmse']:.3f}). Pattern: the share of the error's "
+        f"energy that lies in the strongest frequency of its row (Fisher's g); white noise has {noise:.3f}. "
+        f"{truth.sentence()} The bars show the cause: a pair of checks nearly as long as a pixel, met at equal steps, "
+        "is seen as a slow wave."
     )
     numbers = {"panels": numbers, "pattern_of_white_noise": noise, "reference": truth.numbers()}
     sketch = Panel(len(SAMPLERS) * (PANEL + GAP) - GAP, 260, (), partial(_draw_beat, seed=studio.seed), framed=False)

@@ -269,14 +269,15 @@ def bias_and_variance(
     """bias², its standard error, and variance, from `error_products` (S, S); three None where S is 1.
 
     The standard error is the jackknife's over seeds, and at least the reference's variance: what is smaller than that
-    cannot be told from the reference's own error.
+    cannot be told from the reference's own error. Two seeds have one product and no spread: there the whole squared
+    error stands for it, which bias² can never exceed.
     """
     seeds = len(products)
     if seeds == 1:
         return None, None, None
     own = np.trace(products) / seeds
     between = (products.sum() - np.trace(products)) / (seeds * (seeds - 1))
-    error = reference_variance
+    error = reference_variance if seeds > 2 else own
     if seeds > 2:
         others = products.sum(axis=1) - np.diag(products)  # of one seed with each other one
         without = (between * seeds * (seeds - 1) - 2 * others) / ((seeds - 1) * (seeds - 2))

@@ -16,7 +16,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from ..samplers import SAMPLERS
-from .efficiency import Curve, needed, yardstick
+from .efficiency import Curve, front, needed, yardstick
 
 #: However steady the timings look: the next render on the same machine is not more like them than this.
 TIME_UNCERTAINTY = 0.05
@@ -44,7 +44,7 @@ def recommend(measured: dict[str, Curve], patterned: Collection[str]) -> str:
 def _by_time(measured: dict[str, Curve], against: Curve, patterned: Collection[str]) -> str:
     target, own_time = against.errors[-1], against.seconds[-1]
     others = {name: curve for name, curve in measured.items() if curve is not against}
-    reach = {name: needed(curve.seconds, curve.errors, target) for name, curve in others.items()}
+    reach = {name: needed(*front(curve.seconds, curve.errors), target) for name, curve in others.items()}
     ratios = {name: reached.amount / own_time for name, reached in reach.items() if reached.relation != ">"}
     uncertainties = {name: _time_uncertainty(measured[name], target) for name in ratios}
     own = _time_uncertainty(against, target)

@@ -96,9 +96,10 @@ def report(scores: list[Score]) -> None:
         console.print(f"{number}  {text}")
     sets = max(score.marks.sets for score in scores)
     console.print(f"±  The standard error of the mean over {sets} sets; none where chance has no part in the figure.")
-    console.print("\n[bold]The lecture's claims[/]\n")
-    for finding in findings(by_sampler(scores)):
-        console.print(f"•  {finding}")
+    if claims := findings(by_sampler(scores)):
+        console.print("\n[bold]The lecture's claims[/]\n")
+        for claim in claims:
+            console.print(f"•  {claim}")
     console.print("\n[bold]Table 5.1: radical inverses in base 2[/]")
     console.print(table_5_1.drawn())
     console.print(f"*  {table_5_1.errata()}")
