@@ -123,7 +123,7 @@ def conditions_text(data: dict, subject: dict) -> list[str]:
     bands = "bands: 16th to 84th percentile of the seeds; times: their median."
     if subject["kind"] == "integrand":
         trials = f"{seeds} of {settings['trials']} integrands placed at random, two point sets each"
-        time = "Time is that of making a set and of evaluating the integrand, on one thread."
+        time = "Time is that of making a set and of evaluating the integrand, many at once, on one thread."
         return [f"{trials}; {bands} {slopes}", f"{time} {_steadiness_text(subject)}"]
     width, height = settings["resolution"]
     threads = f"{machine['threads']} thread{'s' if machine['threads'] > 1 else ''}"

@@ -160,6 +160,10 @@ EXPECTED_SLOPES: dict[str, dict[str, float]] = {
 }
 
 
+#: Points that are made and evaluated in one call where that is timed.
+TIMED_POINTS = 1 << 16
+
+
 @dataclass(frozen=True)
 class Trials:
     """The signed errors of a sampler on an integrand, (2, trials), and the time that an estimate took.
@@ -176,19 +180,24 @@ def measure(sampler: Sampler, count: int, trials: int, seed: int) -> dict[str, T
     """Estimate every integrand `trials` times with sets of `count` points, which the sampler must be able to make.
 
     The places depend on the seed and the count alone: they are the same for all samplers.
-    `setup_seconds` is what making one set takes, `seconds` what evaluating the integrand at its points does.
+    `setup_seconds` is what making one set takes, `seconds` what evaluating the integrand at its points does: both of
+    TIMED_POINTS in one call, however many trials there are, so that no more of numpy's own overhead is in them than in
+    the tables of a render.
     """
     rng = np.random.default_rng([seed, count, sampler.number])
-    start = time.perf_counter()
     points = np.stack([sampler(trials, count, rng) for _ in range(2)]).astype(float)
-    setup_seconds = (time.perf_counter() - start) / (2 * trials)
+    sets = max(TIMED_POINTS // count, 1)
+    start = time.perf_counter()
+    timed = sampler(sets, count, rng)
+    setup_seconds = (time.perf_counter() - start) / sets
     place_rng = np.random.default_rng([seed, count])
     measured = {}
     for name, integrand in INTEGRANDS.items():
         places = integrand.place(trials, place_rng)
         integral = integrand.integral(places)
-        start = time.perf_counter()
         means = np.stack([integrand.value(p, places).mean(axis=1) for p in points])
-        seconds = (time.perf_counter() - start) / (2 * trials)
-        measured[name] = Trials(means - integral, setup_seconds, seconds)
+        everywhere = integrand.place(sets, np.random.default_rng(seed))
+        start = time.perf_counter()
+        integrand.value(timed, everywhere).mean(axis=1)
+        measured[name] = Trials(means - integral, setup_seconds, (time.perf_counter() - start) / sets)
     return measured
