@@ -13,6 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from . import shaders, values
     from .errors import OutputError, RooksError, SceneError, SettingsError
     from .film import Film
     from .output import write_exr
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from .scene import (
         AreaLight,
         Camera,
-        Checker,
-        ImageTexture,
         Instance,
         Material,
         Mesh,
@@ -42,8 +41,6 @@ _HOME = {
     "scene": (
         "AreaLight",
         "Camera",
-        "Checker",
-        "ImageTexture",
         "Instance",
         "Material",
         "Mesh",
@@ -54,15 +51,13 @@ _HOME = {
     ),
     "settings": ("RenderSettings",),
 }
-_PARTS = {"command_line", "files", "lab", "limits", *_HOME}
+_PARTS = {"command_line", "files", "lab", "limits", "shaders", "values", *_HOME}
 
 __all__ = [
     "SAMPLERS",
     "AreaLight",
     "Camera",
-    "Checker",
     "Film",
-    "ImageTexture",
     "Instance",
     "Material",
     "Mesh",
@@ -77,6 +72,8 @@ __all__ = [
     "SunLight",
     "Tile",
     "render",
+    "shaders",
+    "values",
     "write_exr",
 ]
 

@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .lobe_record import LOBE_SIZE
+
 LANES = 16
 
 #: From one component of a vector to the next.
@@ -44,19 +46,50 @@ POSITION = 43 * LANES  # (3)
 OFFSET = 46 * LANES  # how far to step off it so that rounding cannot put a ray behind it, metres
 GEOMETRIC_NORMAL = 47 * LANES  # (3) unit, towards the viewer
 SHADING_NORMAL = 50 * LANES  # (3) unit, on the same side
-ALBEDO = 53 * LANES  # (3)
+ALBEDO = 53 * LANES  # (3) of a Lambertian surface
 # What a lamp would add if nothing is in the way, before colour; 0 where its shadow ray need not be traced.
 LIGHT_WEIGHT = 56 * LANES
 # The first surface hit, for the passes.
 ALPHA = 57 * LANES
 DEPTH = 58 * LANES
 NORMAL = 59 * LANES  # (3)
-PACKET = 62 * LANES
+# More of the surface hit last.
+MATERIAL = 62 * LANES  # uint32
+SIDE = 63 * LANES  # 1 where it was hit from the front, -1 from the back
+EMISSION = 64 * LANES  # (3) towards the viewer, W/(m² sr)
+LOBE_COUNT = 67 * LANES  # uint32: how many lobes it has; 0: it is Lambertian
+# The light sample.
+LIGHT_COLOR = 68 * LANES  # (3) where each lane has its own: radiance × π, divided by the sample's density
+LIGHT_SPREAD = 71 * LANES  # 1 / the sample's density, steradians; 0 for a light without a size
+REFLECTED = 72 * LANES  # (3) what of the light the surface reflects to the viewer, × π
+# How the path came here, for multiple importance sampling. A ray that passes through a transparent surface remembers.
+SPREAD = 75 * LANES  # 1 / the density of its direction, steradians; 0 from the camera and off mirrors
+SEES_LAMPS = 76 * LANES  # 1 where lamps that it meets count
+RECEIVER = 77 * LANES  # (3) the normal where it last scattered, 0 where light can come from both sides
+PASSED = 80 * LANES  # how far it has gone since, through transparent surfaces, metres
+# What it may still do.
+LAST = 81 * LANES  # NOT_LAST, ...
+DIFFUSE_LEFT = 82 * LANES
+GLOSSY_LEFT = 83 * LANES
+TRANSMISSION_LEFT = 84 * LANES
+TRANSPARENT_LEFT = 85 * LANES
+BOUNCES_LEFT = 86 * LANES
+LIGHT_VISIBILITY = 87 * LANES  # uint32: bits of `scene`, of the light sample
+EMITTER = 88 * LANES  # uint32: the light that was chosen
+CHOSEN_CHANCE = 93 * LANES  # the probability with which it was
+CHOSEN_V = 91 * LANES  # barycentric coordinates of the point that was chosen of a triangle
+CHOSEN_W = 92 * LANES
+CHOICE = 89 * LANES  # (2) the point looked up for the choice of a lobe, and for Russian roulette
+PACKET = 94 * LANES
+
+#: Values of LAST: the next surface is shaded; only its emission and what lies behind it count; only its emission does.
+NOT_LAST, LAST_OPAQUE, LAST_SURFACE = np.float32(0), np.float32(1), np.float32(2)
 
 #: Rows of an Embree ray and of its hit.
 RAY_ROWS, RAY_HIT_ROWS = 12, 21
 #: Embree's "no such id".
 INVALID = np.uint32(0xFFFFFFFF)
+NO_REGISTERS = np.zeros((0, 3), np.float32)
 
 
 class Batch(NamedTuple):
@@ -66,12 +99,18 @@ class Batch(NamedTuple):
     bits: np.ndarray
     ray: np.ndarray  # one RTCRayHit, for rays that are traced alone
     ray_bits: np.ndarray
+    lobes: np.ndarray  # the lobes of each lane's surface: see `lobes`
+    registers: np.ndarray  # of the programs: see `programs`
 
 
-def new_batch(packets: int) -> Batch:
-    """Memory for `packets` packets, aligned as Embree asks (64 bytes)."""
+def new_batch(packets: int, lobes: int = 0, registers: np.ndarray = NO_REGISTERS) -> Batch:
+    """Memory for `packets` packets, aligned as Embree asks (64 bytes), of up to `lobes` lobes for each lane.
+
+    `registers` are the programs' registers as they begin.
+    """
     floats, ray = _aligned(packets * PACKET), _aligned(RAY_HIT_ROWS)
-    return Batch(floats, floats.view(np.uint32), ray, ray.view(np.uint32))
+    records = np.zeros(packets * LANES * lobes * LOBE_SIZE, np.float32)
+    return Batch(floats, floats.view(np.uint32), ray, ray.view(np.uint32), records, registers.copy())
 
 
 def _aligned(count: int, alignment: int = 64) -> np.ndarray:

@@ -14,6 +14,7 @@ from .batch import (
     ACTIVE,
     DIRECTION,
     LANES,
+    MASK,
     ORIGIN,
     PACKET,
     POINT,
@@ -27,7 +28,7 @@ from .batch import (
 from .errors import SceneError
 from .jit import device, kernel
 from .packing import affine
-from .scene import Camera
+from .scene import VISIBLE_TO_CAMERA, Camera
 from .warps import square_to_disk, square_to_polygon
 
 
@@ -123,6 +124,7 @@ def aim_through_pinhole(batch: Batch, camera: CameraArrays, packets: int) -> Non
     for p in range(packets):
         for i in range(p * PACKET, p * PACKET + LANES):
             _aim(batch.floats, camera, i, np.float32(0), np.float32(0))
+            batch.bits[i + MASK] = np.uint32(VISIBLE_TO_CAMERA)
 
 
 @kernel
@@ -136,6 +138,7 @@ def aim_through_lens(batch: Batch, camera: CameraArrays, packets: int) -> None:
             else:
                 x, y = square_to_disk(f[i + POINT], f[i + POINT + Y])
             _aim(f, camera, i, x * camera.lens_radius * camera.squeeze, y * camera.lens_radius)
+            batch.bits[i + MASK] = np.uint32(VISIBLE_TO_CAMERA)
 
 
 @device

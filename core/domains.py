@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .batch import LANES, PACKET, POINT, Batch, Y
+from .batch import LANES, PACKET, Batch, Y
 from .errors import SettingsError
 from .jit import device, kernel
 from .samplers import SAMPLERS
@@ -57,6 +57,10 @@ class PointTable(NamedTuple):
     digits: int = 0
 
 
+#: For a domain in which nobody looks anything up.
+NO_POINTS = PointTable(np.zeros((2, 1, 1), np.float32), 0)
+
+
 def make_table(domain: str, settings: RenderSettings, dimensions: int, pixels: int) -> PointTable:
     """Make the table of `domain` for a picture of `pixels` pixels that each need `dimensions` sets of it.
 
@@ -64,7 +68,7 @@ def make_table(domain: str, settings: RenderSettings, dimensions: int, pixels: i
         SettingsError: the table would not fit into memory.
     """
     if dimensions == 0:
-        return PointTable(np.zeros((2, 1, 1), np.float32), 0)  # nobody looks anything up
+        return NO_POINTS
     count = settings.sample_count
     sampler = SAMPLERS[settings.samplers[domain]]
     wanted = max(dimensions, min(pixels * dimensions, TABLE_POINTS // count), 16)
@@ -152,8 +156,10 @@ def place_on_curve(x: int, y: int, digits: int, salt: int) -> int:
 
 
 @kernel
-def look_up_points(batch: Batch, table: PointTable, dimension: int, blocks: np.ndarray, first: int, count: int) -> None:
-    """Fill the batch's POINT for `count` samples, number `first` of the tile and on.
+def look_up_points(
+    batch: Batch, row: int, table: PointTable, dimension: int, blocks: np.ndarray, first: int, count: int
+) -> None:
+    """Fill the batch's two rows from `row` on with the points of `count` samples, number `first` of the tile and on.
 
     Samples are numbered through the tile's blocks of 4×4 pixels, their pixels, and each pixel's samples. `blocks` is
     (B, 2): the lower left pixel of each block in the full frame.
@@ -167,7 +173,7 @@ def look_up_points(batch: Batch, table: PointTable, dimension: int, blocks: np.n
         if number == 0 or done == 0:
             x, y = blocks[pixel >> 4, 0] + (pixel & 3), blocks[pixel >> 4, 1] + ((pixel >> 2) & 3)
             chosen = set_of_pixel(table, x, y, dimension)
-        to = done // LANES * PACKET + done % LANES + POINT
+        to = done // LANES * PACKET + done % LANES + row
         for j in range(run):
             f[to + j] = points[0, chosen, number + j]
             f[to + j + Y] = points[1, chosen, number + j]

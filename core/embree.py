@@ -235,17 +235,19 @@ def library_path() -> Path | None:
 
 
 @kernel
-def intersect_coherent(batch: Batch, traversal: Traversal, mask: int, packets: int) -> None:
-    """Find the nearest hit of each active lane among what `mask` can see, the rays of a packet being neighbours."""
+def intersect_coherent(batch: Batch, traversal: Traversal, packets: int) -> None:
+    """Find the nearest hit of each active lane among what its MASK can see, the rays of a packet being neighbours.
+
+    All rays of a packet must be of the same kind.
+    """
     if not traversal.packets:
-        intersect_incoherent(batch, traversal, mask, packets)
+        intersect_incoherent(batch, traversal, packets)
         return
     memory = batch.bits.ctypes.data
     for p in range(packets):
         at = p * PACKET
         for i in range(at, at + LANES):
             batch.bits[i + TRACED] = _TRACE if batch.floats[i + ACTIVE] > 0 else _SKIP
-            batch.bits[i + MASK] = np.uint32(mask)
             batch.bits[i + PRIMITIVE] = INVALID
             batch.bits[i + GEOMETRY] = INVALID
             batch.bits[i + INSTANCE] = INVALID
@@ -253,7 +255,7 @@ def intersect_coherent(batch: Batch, traversal: Traversal, mask: int, packets: i
 
 
 @kernel
-def intersect_incoherent(batch: Batch, traversal: Traversal, mask: int, packets: int) -> None:
+def intersect_incoherent(batch: Batch, traversal: Traversal, packets: int) -> None:
     """Find the nearest hit of each active lane one by one: faster than packets where rays scatter."""
     bits, ray = batch.bits, batch.ray_bits
     for p in range(packets):
@@ -261,7 +263,6 @@ def intersect_incoherent(batch: Batch, traversal: Traversal, mask: int, packets:
         for i in range(at, at + LANES):
             bits[i + PRIMITIVE] = INVALID
             if batch.floats[i + ACTIVE] > 0:
-                bits[i + MASK] = np.uint32(mask)
                 bits[i + GEOMETRY] = INVALID
                 bits[i + INSTANCE] = INVALID
                 for row in range(RAY_HIT_ROWS):
@@ -274,19 +275,20 @@ def intersect_incoherent(batch: Batch, traversal: Traversal, mask: int, packets:
 @kernel
 def occluded_coherent(batch: Batch, traversal: Traversal, mask: int, packets: int) -> None:
     """Set T_FAR of each shadow ray that carries light and is blocked by what `mask` can see to minus infinity."""
-    _occluded(batch, traversal, traversal.coherent, SHADOW, LIGHT_WEIGHT, mask, packets)
+    for p in range(packets):
+        for i in range(p * PACKET + SHADOW, p * PACKET + SHADOW + LANES):
+            batch.bits[i + MASK] = np.uint32(mask)
+    _occluded(batch, traversal, traversal.coherent, SHADOW, LIGHT_WEIGHT, packets)
 
 
 @kernel
-def occluded_incoherent(batch: Batch, traversal: Traversal, mask: int, packets: int) -> None:
-    """Set T_FAR of each active lane's ray that is blocked by what `mask` can see to minus infinity."""
-    _occluded(batch, traversal, traversal.incoherent, ORIGIN, ACTIVE, mask, packets)
+def occluded_incoherent(batch: Batch, traversal: Traversal, packets: int) -> None:
+    """Set T_FAR of each active lane's ray that is blocked by what its MASK can see to minus infinity."""
+    _occluded(batch, traversal, traversal.incoherent, ORIGIN, ACTIVE, packets)
 
 
 @kernel
-def _occluded(
-    batch: Batch, traversal: Traversal, arguments: int, rays: int, wanted: int, mask: int, packets: int
-) -> None:
+def _occluded(batch: Batch, traversal: Traversal, arguments: int, rays: int, wanted: int, packets: int) -> None:
     """Trace the rays that begin at row `rays`, in the lanes where row `wanted` is positive."""
     bits, ray, memory = batch.bits, batch.ray_bits, batch.bits.ctypes.data
     for p in range(packets):
@@ -295,7 +297,6 @@ def _occluded(
         for i in range(at, at + LANES):
             trace = _TRACE if batch.floats[i + wanted] > 0 else _SKIP
             bits[i + TRACED] = trace
-            bits[i + rays + MASK] = np.uint32(mask)
             any_lane |= trace
         if any_lane == _SKIP:
             continue

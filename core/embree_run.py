@@ -52,10 +52,15 @@ class RunScene:
 
     def trace(self, rays: np.ndarray, hits: bool) -> None:
         """Trace rays (rows, n) float32 as Embree does: write the nearest hits, or T_FAR = -inf where one is blocked."""
-        if not rays.size:
-            return
+        masks = rays.view(np.uint32)[MASK // LANES]
+        for mask in np.unique(masks):
+            chosen = np.ascontiguousarray(rays[:, masks == mask])
+            self._trace(chosen, hits, int(mask))
+            rays[:, masks == mask] = chosen
+
+    def _trace(self, rays: np.ndarray, hits: bool, mask: int) -> None:
         bits = rays.view(np.uint32)
-        scene, placements = self._scene(int(bits[MASK // LANES, 0]))
+        scene, placements = self._scene(mask)
         if scene is None:
             return
         origin, direction = _vectors(rays, ORIGIN), _vectors(rays, DIRECTION)

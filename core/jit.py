@@ -50,6 +50,11 @@ def device(function: Callable) -> Callable:
     return numba.njit(nogil=True, forceinline=True, _nrt=False, error_model="numpy", fastmath=FAST_MATH)(function)
 
 
+def subroutine(function: Callable) -> Callable:
+    """Compile a function that kernels call for one sample, and that is too large to be copied to each call."""
+    return numba.njit(nogil=True, _nrt=False, error_model="numpy", fastmath=FAST_MATH)(function)
+
+
 def _can_write(folder: Path) -> bool:
     try:
         folder.mkdir(parents=True, exist_ok=True)

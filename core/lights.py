@@ -1,8 +1,9 @@
-"""Lamps: how much light reaches a surface from a sampled point of each, and the shadow ray that asks whether it does.
+"""Lamps: how much light reaches a surface from a sampled point of each, and where a ray that scattered meets them.
 
-Each kind is one kernel that fills, for every active lane, LIGHT_WEIGHT and a shadow ray. The light reflected is
-weight × colour × albedo × throughput: the weight holds the geometry and the sample's density, the colour the power and
-every constant factor, the 1/π of the Lambertian surface among them.
+Sampling a lamp fills, for every lane, the vector d to the point chosen (the shadow ray's direction; its T_FAR is how
+many d lie between), and LIGHT_WEIGHT. What is reflected is weight × colour × |d| × π × the surface's BSDF and cosine:
+the weight holds the geometry and the sample's density, the colour the power and every constant factor, a 1/π among
+them.
 """
 
 from __future__ import annotations
@@ -15,40 +16,41 @@ import numpy as np
 
 from .batch import (
     ACTIVE,
-    ALBEDO,
     DIRECTION,
-    GEOMETRIC_NORMAL,
     LANES,
+    LAST,
+    LIGHT_COLOR,
+    LIGHT_SPREAD,
+    LIGHT_VISIBILITY,
     LIGHT_WEIGHT,
-    OFFSET,
-    ORIGIN,
+    LOBE_COUNT,
     PACKET,
     POINT,
     POSITION,
-    RADIANCE,
     SHADING_NORMAL,
     SHADOW,
     T_FAR,
-    T_NEAR,
-    THROUGHPUT,
-    TIME,
     Batch,
     Y,
     Z,
 )
 from .errors import SceneError
+from .frames import tangents, to_world
 from .jit import device, kernel
+from .light_tree import Emitters, LightTree, build_light_tree, choose_emitter, emitter_probability
 from .scene import AreaLight, Light, PointLight, SpotLight, SunLight
-from .surface import JUST_AHEAD
 from .warps import one_minus_cos, square_to_cap, square_to_disk
+
+#: With more lamps than these one is chosen at each surface, by `light_tree`: looking at all would cost too much.
+MOST_ONE_BY_ONE = 8
 
 IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2, 3, 4, 5
 
 _ZERO, _HALF, _ONE, _TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
 #: A spot's edge without blend: steep enough to be a step, finite so that 0 × it stays 0.
 _HARD_EDGE = 1e30
-#: The share of the way to a lamp that is looked along: a lamp that lies in a surface is not shadowed by that surface.
-_SHORT_OF_LAMP = np.float32(1 - 2.0**-18)
+#: The reach of a shadow ray that nothing can be in the way of.
+_NO_WAY = np.float32(1e-20)
 
 
 class LightArrays(NamedTuple):
@@ -61,12 +63,16 @@ class LightArrays(NamedTuple):
     axis_v: np.ndarray
     normal: np.ndarray  # (L, 3), the side an area light shines to
     size: np.ndarray  # (L,) radius in metres; a sun: 1 - cos of half its angle
+    area: np.ndarray  # (L,) m², that a sphere shows; a sun: steradians, seen flat. 0 without a size
     extended: np.ndarray  # (L,) bool: it has a size, so that a point of it is to be sampled
     cast_shadow: np.ndarray  # (L,) bool
+    visibility: np.ndarray  # (L,) uint32: bits of `scene`
     spot: np.ndarray  # (L,) bool: the light stands behind a cone
     to_spot: np.ndarray  # (L, 3, 3) world to lamp space
     spot_cosine: np.ndarray  # (L,) of half the cone's angle
     spot_edge: np.ndarray  # (L,) 1 / width of the blend, in cosines
+    each: int  # so many lamps are sampled one by one at each surface; of the rest one is chosen
+    tree: LightTree  # to choose by: its emitter k is lamp each + k
 
 
 def pack_lights(lights: Sequence[Light], center: np.ndarray) -> LightArrays:
@@ -76,7 +82,11 @@ def pack_lights(lights: Sequence[Light], center: np.ndarray) -> LightArrays:
         SceneError: a lamp's numbers are not finite, or it has the wrong shape.
     """
     shining = [light for light in lights if np.any(np.nan_to_num(_strength(light), nan=1) != 0)]
-    count = len(shining)
+    count = each = len(shining)
+    if count > MOST_ONE_BY_ONE:
+        # Suns are infinitely far, and no tree bounds them: they come first.
+        shining.sort(key=lambda light: not isinstance(light, SunLight))
+        each = sum(isinstance(light, SunLight) for light in shining)
     fields = {
         "kind": np.zeros(count, np.int64),
         "color": np.zeros((count, 3), np.float32),
@@ -85,6 +95,8 @@ def pack_lights(lights: Sequence[Light], center: np.ndarray) -> LightArrays:
         "axis_v": np.zeros((count, 3), np.float32),
         "normal": np.zeros((count, 3), np.float32),
         "size": np.zeros(count, np.float32),
+        "area": np.zeros(count, np.float32),
+        "visibility": np.array([light.visibility for light in shining], np.uint32),
         "cast_shadow": np.array([light.cast_shadow for light in shining], bool),
         "spot": np.zeros(count, bool),
         "to_spot": np.zeros((count, 3, 3), np.float32),
@@ -102,7 +114,41 @@ def pack_lights(lights: Sequence[Light], center: np.ndarray) -> LightArrays:
             _pack_point(row, light, center)
     is_sun = fields["kind"] == IS_SUN
     fields["extended"] = (fields["kind"] != IS_POINT) & ~(is_sun & (fields["size"] == 0))
-    return LightArrays(**fields)
+    tree = build_light_tree(_emitters([fields[name][each:] for name in _OF_EMITTERS], shining[each:]))
+    return LightArrays(**fields, each=each, tree=tree)
+
+
+_OF_EMITTERS = ("position", "axis_u", "axis_v", "normal", "size", "color")
+
+
+def _emitters(arrays: list[np.ndarray], lights: Sequence[Light]) -> Emitters:
+    """The lamps as `light_tree` sees them."""
+    position, axis_u, axis_v, normal, size, color = (array.astype(np.float64) for array in arrays)
+    is_area = np.array([isinstance(light, AreaLight) for light in lights], bool)
+    is_spot = np.array([isinstance(light, SpotLight) for light in lights], bool)
+    reach = np.where(is_area[:, None], (np.abs(axis_u) + np.abs(axis_v)) / 2, size[:, None])
+    axis = normal.copy()
+    axis[~is_area] = 0, 0, 1
+    falloff = np.full(len(lights), np.pi / 2)
+    for k in np.flatnonzero(is_spot):
+        axis[k], falloff[k] = _spot_cone(lights[k])
+    return Emitters(
+        low=position - reach,
+        high=position + reach,
+        axis=axis,
+        cone=np.where(is_area | is_spot, 0.0, np.pi),
+        falloff=falloff,
+        two_sided=np.zeros(len(lights), bool),
+        power=np.abs(color).mean(axis=1),
+    )
+
+
+def _spot_cone(light: SpotLight) -> tuple[np.ndarray, float]:
+    """Where a spot looks, and how far off that it shines, radians: of a stretched one, anywhere."""
+    matrix = np.array(light.matrix, np.float64)[:3, :3]
+    scales = np.linalg.norm(matrix, axis=0)
+    is_round = np.allclose(scales, scales[0], rtol=1e-3)
+    return -matrix[:, 2] / max(scales[2], 1e-30), light.spot_size / 2 if is_round else np.pi
 
 
 def _check_light(light: Light) -> None:
@@ -133,6 +179,7 @@ def _pack_area(row: dict[str, np.ndarray], light: AreaLight, center: np.ndarray)
     row["position"][:] = np.array(light.center) - center
     row["axis_u"][:], row["axis_v"][:] = light.axis_u, light.axis_v
     row["normal"][:] = normal / length if length > 0 else 0
+    row["area"][:] = length if light.shape == "rectangle" else length * np.pi / 4
 
 
 def _pack_sun(row: dict[str, np.ndarray], light: SunLight) -> None:
@@ -140,6 +187,7 @@ def _pack_sun(row: dict[str, np.ndarray], light: SunLight) -> None:
     row["color"][:] = np.array(light.irradiance) / np.pi
     row["position"][:] = np.array(light.direction) / np.linalg.norm(light.direction)
     row["size"][:] = 2 * np.sin(light.angle / 4) ** 2
+    row["area"][:] = np.pi * np.sin(light.angle / 2) ** 2
 
 
 def _pack_point(row: dict[str, np.ndarray], light: PointLight, center: np.ndarray) -> None:
@@ -148,6 +196,7 @@ def _pack_point(row: dict[str, np.ndarray], light: PointLight, center: np.ndarra
     row["color"][:] = np.array(light.power) / (4 * np.pi**2)
     row["position"][:] = np.array(light.position) - center
     row["size"][:] = light.radius
+    row["area"][:] = np.pi * light.radius**2
     if isinstance(light, SpotLight):
         cosine = np.cos(light.spot_size / 2)
         width = (1 - cosine) * light.blend
@@ -159,199 +208,226 @@ def _pack_point(row: dict[str, np.ndarray], light: PointLight, center: np.ndarra
 
 @kernel
 def sample_light(batch: Batch, lights: LightArrays, light: int, packets: int) -> None:
-    """Choose a point of lamp `light` by the points looked up last, for every active lane."""
-    kind = lights.kind[light]
-    if kind == IS_RECTANGLE:
-        _sample_rectangle(batch, lights, light, packets)
-    elif kind == IS_ELLIPSE:
-        _sample_ellipse(batch, lights, light, packets)
-    elif kind == IS_SPHERE:
-        _sample_sphere(batch, lights, light, packets)
-    elif kind == IS_FACING_DISK:
-        _sample_facing_disk(batch, lights, light, packets)
-    elif kind == IS_SUN:
-        _sample_sun(batch, lights, light, packets)
-    else:
-        _sample_point(batch, lights, light, packets)
-    if lights.spot[light]:
-        _narrow_to_cone(batch, lights, light, packets)
+    """Choose a point of lamp `light` by the points looked up last, for every lane."""
+    f, kind = batch.floats, lights.kind[light]
+    o, n, a, b = lights.position[light], lights.normal[light], lights.axis_u[light], lights.axis_v[light]
+    ox, oy, oz, nx, ny, nz = o[0], o[1], o[2], n[0], n[1], n[2]
+    ax, ay, az, bx, by, bz = a[0], a[1], a[2], b[0], b[1], b[2]
+    size = lights.size[light]
+    for p in range(packets):
+        at = p * PACKET
+        if kind == IS_RECTANGLE:
+            for i in range(at, at + LANES):
+                s, t = f[i + POINT] - _HALF, f[i + POINT + Y] - _HALF
+                _to_area(f, i, ox, oy, oz, ax, ay, az, bx, by, bz, nx, ny, nz, s, t)
+        elif kind == IS_ELLIPSE:
+            for i in range(at, at + LANES):
+                s, t = square_to_disk(f[i + POINT], f[i + POINT + Y])
+                _to_area(f, i, ox, oy, oz, ax, ay, az, bx, by, bz, nx, ny, nz, s * _HALF, t * _HALF)
+        elif kind == IS_SPHERE:
+            for i in range(at, at + LANES):
+                _to_sphere(f, i, ox, oy, oz, size)
+        elif kind == IS_FACING_DISK:
+            for i in range(at, at + LANES):
+                _to_facing_disk(f, i, ox, oy, oz, size)
+        elif kind == IS_SUN:
+            for i in range(at, at + LANES):
+                _to_sun(f, i, ox, oy, oz, size)
+        else:
+            for i in range(at, at + LANES):
+                _to_point(f, i, ox, oy, oz)
 
 
 @kernel
-def _sample_rectangle(batch: Batch, lights: LightArrays, light: int, packets: int) -> None:
-    f = batch.floats
+def sample_chosen_lights(batch: Batch, lights: LightArrays, packets: int) -> None:
+    """Choose a lamp from number `each` on and a point of it, for every lane that wants light, and describe it."""
+    f, bits = batch.floats, batch.bits
     for p in range(packets):
         for i in range(p * PACKET, p * PACKET + LANES):
-            _light_from_area(f, lights, light, i, f[i + POINT] - _HALF, f[i + POINT + Y] - _HALF)
-
-
-@kernel
-def _sample_ellipse(batch: Batch, lights: LightArrays, light: int, packets: int) -> None:
-    f = batch.floats
-    for p in range(packets):
-        for i in range(p * PACKET, p * PACKET + LANES):
-            s, t = square_to_disk(f[i + POINT], f[i + POINT + Y])
-            _light_from_area(f, lights, light, i, s * _HALF, t * _HALF)
+            f[i + LIGHT_WEIGHT] = _ZERO
+            if (f[i + ACTIVE] == _ZERO) | (f[i + LAST] > _ZERO):
+                continue
+            x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
+            facing = _ONE if bits[i + LOBE_COUNT] == np.uint32(0) else _ZERO
+            nx, ny, nz = f[i + SHADING_NORMAL], f[i + SHADING_NORMAL + Y], f[i + SHADING_NORMAL + Z]
+            chosen, chance, rest = choose_emitter(
+                lights.tree, x, y, z, facing * nx, facing * ny, facing * nz, f[i + POINT]
+            )
+            if chance == _ZERO:
+                continue
+            f[i + POINT] = rest
+            light = lights.each + chosen
+            o, n, a, b = lights.position, lights.normal, lights.axis_u, lights.axis_v
+            ox, oy, oz, size = o[light, 0], o[light, 1], o[light, 2], lights.size[light]
+            kind = lights.kind[light]
+            if kind <= IS_ELLIPSE:
+                s, t = f[i + POINT] - _HALF, f[i + POINT + Y] - _HALF
+                if kind == IS_ELLIPSE:
+                    s, t = square_to_disk(f[i + POINT], f[i + POINT + Y])
+                    s, t = s * _HALF, t * _HALF
+                ax, ay, az = a[light, 0], a[light, 1], a[light, 2]
+                bx, by, bz = b[light, 0], b[light, 1], b[light, 2]
+                nx, ny, nz = n[light, 0], n[light, 1], n[light, 2]
+                _to_area(f, i, ox, oy, oz, ax, ay, az, bx, by, bz, nx, ny, nz, s, t)
+            elif kind == IS_SPHERE:
+                _to_sphere(f, i, ox, oy, oz, size)
+            elif kind == IS_FACING_DISK:
+                _to_facing_disk(f, i, ox, oy, oz, size)
+            else:
+                _to_point(f, i, ox, oy, oz)
+            _describe(f, bits, lights, light, i, _ONE / chance)
+            if not lights.cast_shadow[light]:
+                f[i + SHADOW + T_FAR] = _NO_WAY
+            if lights.spot[light]:
+                f[i + LIGHT_WEIGHT] *= _cone(f, lights, light, i)
 
 
 @device
-def _light_from_area(f: np.ndarray, lights: LightArrays, light: int, i: int, s: float, t: float) -> None:
-    """Light from the point center + s axis_u + t axis_v: cosine at the light / distance²."""
-    o, a, b, n = lights.position, lights.axis_u, lights.axis_v, lights.normal
-    x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
-    dx = o[light, 0] + s * a[light, 0] + t * b[light, 0] - x
-    dy = o[light, 1] + s * a[light, 1] + t * b[light, 1] - y
-    dz = o[light, 2] + s * a[light, 2] + t * b[light, 2] - z
+def chance_of_lamp(
+    lights: LightArrays, light: int, x: float, y: float, z: float, nx: float, ny: float, nz: float
+) -> float:
+    """The probability with which lamp `light` is sampled at (x, y, z), where the receiver's normal is n, or 0."""
+    if light < lights.each:
+        return _ONE
+    return emitter_probability(lights.tree, light - lights.each, x, y, z, nx, ny, nz)
+
+
+@kernel
+def describe_light(batch: Batch, lights: LightArrays, light: int, packets: int) -> None:
+    """Fill in the light sample's colour, spread and visibility, where lanes look at them."""
+    f, bits = batch.floats, batch.bits
+    for p in range(packets):
+        for i in range(p * PACKET, p * PACKET + LANES):
+            _describe(f, bits, lights, light, i, _ONE)
+
+
+@device
+def _describe(f: np.ndarray, bits: np.ndarray, lights: LightArrays, light: int, i: int, one_in: float) -> None:
+    """`one_in`: 1 / the probability with which this light was chosen."""
+    dx, dy, dz = f[i + SHADOW + DIRECTION], f[i + SHADOW + DIRECTION + Y], f[i + SHADOW + DIRECTION + Z]
+    distance = np.float32(math.sqrt(dx * dx + dy * dy + dz * dz))
+    f[i + LIGHT_COLOR] = lights.color[light, 0] * one_in
+    f[i + LIGHT_COLOR + Y] = lights.color[light, 1] * one_in
+    f[i + LIGHT_COLOR + Z] = lights.color[light, 2] * one_in
+    f[i + LIGHT_SPREAD] = lights.area[light] * f[i + LIGHT_WEIGHT] * distance * one_in
+    bits[i + LIGHT_VISIBILITY] = lights.visibility[light]
+
+
+@device
+def _to_area(
+    f: np.ndarray,
+    i: int,
+    ox: float,
+    oy: float,
+    oz: float,
+    ax: float,
+    ay: float,
+    az: float,
+    bx: float,
+    by: float,
+    bz: float,
+    nx: float,
+    ny: float,
+    nz: float,
+    s: float,
+    t: float,
+) -> None:
+    """The point o + s a + t b of an area light that faces n: cosine at the light / distance²."""
+    dx = ox + s * ax + t * bx - f[i + POSITION]
+    dy = oy + s * ay + t * by - f[i + POSITION + Y]
+    dz = oz + s * az + t * bz - f[i + POSITION + Z]
     square = dx * dx + dy * dy + dz * dz
-    facing = -(dx * n[light, 0] + dy * n[light, 1] + dz * n[light, 2])
+    facing = -(dx * nx + dy * ny + dz * nz)
     # facing, and the surface's cosine to come, are each longer by the distance.
-    weight = facing / (square * square) if facing > _ZERO else _ZERO
-    _aim_shadow_ray(f, i, dx, dy, dz, _ONE, weight)
+    _aim(f, i, dx, dy, dz, _ONE, facing / (square * square) if facing > _ZERO else _ZERO)
 
 
-@kernel
-def _sample_point(batch: Batch, lights: LightArrays, light: int, packets: int) -> None:
-    f, o = batch.floats, lights.position[light]
-    ox, oy, oz = o[0], o[1], o[2]
-    for p in range(packets):
-        for i in range(p * PACKET, p * PACKET + LANES):
-            x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
-            dx, dy, dz = ox - x, oy - y, oz - z
-            square = dx * dx + dy * dy + dz * dz
-            # 1 / distance², and the surface's cosine to come is longer by the distance.
-            weight = _ONE / (square * np.float32(math.sqrt(square))) if square > _ZERO else _ZERO
-            _aim_shadow_ray(f, i, dx, dy, dz, _ONE, weight)
+@device
+def _to_point(f: np.ndarray, i: int, ox: float, oy: float, oz: float) -> None:
+    dx, dy, dz = ox - f[i + POSITION], oy - f[i + POSITION + Y], oz - f[i + POSITION + Z]
+    square = dx * dx + dy * dy + dz * dz
+    # 1 / distance², and the surface's cosine to come is longer by the distance.
+    weight = _ONE / (square * np.float32(math.sqrt(square))) if square > _ZERO else _ZERO
+    _aim(f, i, dx, dy, dz, _ONE, weight)
 
 
-@kernel
-def _sample_facing_disk(batch: Batch, lights: LightArrays, light: int, packets: int) -> None:
+@device
+def _to_facing_disk(f: np.ndarray, i: int, ox: float, oy: float, oz: float, radius: float) -> None:
     """A disk that faces the surface."""
-    f, o, radius = batch.floats, lights.position[light], lights.size[light]
-    ox, oy, oz = o[0], o[1], o[2]
-    for p in range(packets):
-        for i in range(p * PACKET, p * PACKET + LANES):
-            x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
-            dx, dy, dz = ox - x, oy - y, oz - z
-            distance = np.float32(math.sqrt(dx * dx + dy * dy + dz * dz))
-            scale = _ONE / distance if distance > _ZERO else _ZERO
-            ax, ay, az, bx, by, bz = tangents(dx * scale, dy * scale, dz * scale)
-            s, t = square_to_disk(f[i + POINT], f[i + POINT + Y])
-            s, t = s * radius, t * radius
-            dx, dy, dz = dx + s * ax + t * bx, dy + s * ay + t * by, dz + s * az + t * bz
-            square = dx * dx + dy * dy + dz * dz
-            # The disk's cosine is distance / |d|, and the surface's to come is longer by |d|.
-            weight = distance / (square * square) if square > _ZERO else _ZERO
-            _aim_shadow_ray(f, i, dx, dy, dz, _ONE, weight)
+    dx, dy, dz = ox - f[i + POSITION], oy - f[i + POSITION + Y], oz - f[i + POSITION + Z]
+    distance = np.float32(math.sqrt(dx * dx + dy * dy + dz * dz))
+    scale = _ONE / distance if distance > _ZERO else _ZERO
+    ax, ay, az, bx, by, bz = tangents(dx * scale, dy * scale, dz * scale)
+    s, t = square_to_disk(f[i + POINT], f[i + POINT + Y])
+    s, t = s * radius, t * radius
+    dx, dy, dz = dx + s * ax + t * bx, dy + s * ay + t * by, dz + s * az + t * bz
+    square = dx * dx + dy * dy + dz * dz
+    # The disk's cosine is distance / |d|, and the surface's to come is longer by |d|.
+    _aim(f, i, dx, dy, dz, _ONE, distance / (square * square) if square > _ZERO else _ZERO)
 
 
-@kernel
-def _sample_sphere(batch: Batch, lights: LightArrays, light: int, packets: int) -> None:
+@device
+def _to_sphere(f: np.ndarray, i: int, ox: float, oy: float, oz: float, radius: float) -> None:
     """A sphere: directions even over the cap that it fills; from inside it, over all of them."""
-    f, o, radius = batch.floats, lights.position[light], lights.size[light]
-    ox, oy, oz = o[0], o[1], o[2]
-    for p in range(packets):
-        for i in range(p * PACKET, p * PACKET + LANES):
-            u, v = f[i + POINT], f[i + POINT + Y]
-            x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
-            cx, cy, cz = ox - x, oy - y, oz - z
-            square = cx * cx + cy * cy + cz * cz
-            outside = square > radius * radius
-            distance = np.float32(math.sqrt(square))
-            scale = _ONE / distance if outside else _ZERO
-            sine2 = radius * radius / square if outside else _ONE
-            # From inside, the axis does not matter: a cap of 1 - cos = 2 is the whole sphere.
-            cap = one_minus_cos(sine2) if outside else _TWO
-            nz = cz * scale if outside else _ONE
-            lx, ly, lz = square_to_cap(u, v, cap)
-            dx, dy, dz = to_world(lx, ly, lz, cx * scale, cy * scale, nz)
-            along = dx * cx + dy * cy + dz * cz
-            root = np.float32(math.sqrt(max(_ZERO, radius * radius - square + along * along)))
-            reach = along - root if outside else along + root
-            _aim_shadow_ray(f, i, dx, dy, dz, reach, _TWO * cap / (radius * radius))
+    cx, cy, cz = ox - f[i + POSITION], oy - f[i + POSITION + Y], oz - f[i + POSITION + Z]
+    square = cx * cx + cy * cy + cz * cz
+    outside = square > radius * radius
+    scale = _ONE / np.float32(math.sqrt(square)) if outside else _ZERO
+    sine2 = radius * radius / square if outside else _ONE
+    # From inside, the axis does not matter: a cap of 1 - cos = 2 is the whole sphere.
+    cap = one_minus_cos(sine2) if outside else _TWO
+    nz = cz * scale if outside else _ONE
+    lx, ly, lz = square_to_cap(f[i + POINT], f[i + POINT + Y], cap)
+    dx, dy, dz = to_world(lx, ly, lz, cx * scale, cy * scale, nz)
+    along = dx * cx + dy * cy + dz * cz
+    root = np.float32(math.sqrt(max(_ZERO, radius * radius - square + along * along)))
+    reach = along - root if outside else along + root
+    _aim(f, i, dx, dy, dz, reach, _TWO * cap / (radius * radius))
 
 
-@kernel
-def _sample_sun(batch: Batch, lights: LightArrays, light: int, packets: int) -> None:
-    f, n, cap = batch.floats, lights.position[light], lights.size[light]
-    nx, ny, nz = n[0], n[1], n[2]
+@device
+def _to_sun(f: np.ndarray, i: int, nx: float, ny: float, nz: float, cap: float) -> None:
+    lx, ly, lz = square_to_cap(f[i + POINT], f[i + POINT + Y], cap)
+    dx, dy, dz = to_world(lx, ly, lz, nx, ny, nz)
     # Irradiance E comes from the radiance E / (π sin²), over the cap's solid angle 2π (1 - cos).
-    weight = _TWO / (_TWO - cap)
-    for p in range(packets):
-        for i in range(p * PACKET, p * PACKET + LANES):
-            lx, ly, lz = square_to_cap(f[i + POINT], f[i + POINT + Y], cap)
-            dx, dy, dz = to_world(lx, ly, lz, nx, ny, nz)
-            _aim_shadow_ray(f, i, dx, dy, dz, np.float32(np.inf), weight)
+    _aim(f, i, dx, dy, dz, np.float32(np.inf), _TWO / (_TWO - cap))
+
+
+@device
+def _aim(f: np.ndarray, i: int, dx: float, dy: float, dz: float, reach: float, weight: float) -> None:
+    f[i + SHADOW + DIRECTION] = dx
+    f[i + SHADOW + DIRECTION + Y] = dy
+    f[i + SHADOW + DIRECTION + Z] = dz
+    f[i + SHADOW + T_FAR] = reach
+    f[i + LIGHT_WEIGHT] = weight
 
 
 @kernel
-def _narrow_to_cone(batch: Batch, lights: LightArrays, light: int, packets: int) -> None:
-    """Fade a spot's light by a smooth step over the cosine in lamp space, as Blender's spots do."""
-    f, m = batch.floats, lights.to_spot[light]
-    cosine_of_edge, edge = lights.spot_cosine[light], lights.spot_edge[light]
+def narrow_to_cone(batch: Batch, lights: LightArrays, light: int, packets: int) -> None:
+    """Fade a spot's light towards the edge of its cone."""
+    f = batch.floats
     for p in range(packets):
         for i in range(p * PACKET, p * PACKET + LANES):
-            at = i + SHADOW + DIRECTION
-            dx, dy, dz = f[at], f[at + Y], f[at + Z]
-            x = m[0, 0] * dx + m[0, 1] * dy + m[0, 2] * dz
-            y = m[1, 0] * dx + m[1, 1] * dy + m[1, 2] * dz
-            z = m[2, 0] * dx + m[2, 1] * dy + m[2, 2] * dz
-            length = np.float32(math.sqrt(x * x + y * y + z * z))
-            # The lamp looks along its own -Z, and the shadow ray towards it.
-            cosine = z / length if length > _ZERO else _ZERO
-            step = min(max((cosine - cosine_of_edge) * edge, _ZERO), _ONE)
-            weight = f[i + LIGHT_WEIGHT]
-            f[i + LIGHT_WEIGHT] = weight * step * step * (np.float32(3) - _TWO * step) if weight > _ZERO else _ZERO
+            f[i + LIGHT_WEIGHT] *= _cone(f, lights, light, i)
 
 
 @device
-def _aim_shadow_ray(f: np.ndarray, i: int, dx: float, dy: float, dz: float, reach: float, weight: float) -> None:
-    """Store the weight times the surface's cosine, and a shadow ray towards the surface's position + reach × d.
-
-    Light that comes from behind the triangle itself does not count, even where the smooth normal would see it. The ray
-    starts a step off the surface, on the viewer's side.
-    """
-    nx, ny, nz = f[i + GEOMETRIC_NORMAL], f[i + GEOMETRIC_NORMAL + Y], f[i + GEOMETRIC_NORMAL + Z]
-    cosine = dx * f[i + SHADING_NORMAL] + dy * f[i + SHADING_NORMAL + Y] + dz * f[i + SHADING_NORMAL + Z]
-    lit = (cosine > _ZERO) & (dx * nx + dy * ny + dz * nz > _ZERO) & (f[i + ACTIVE] > _ZERO)
-    f[i + LIGHT_WEIGHT] = cosine * weight if lit else _ZERO
-    step = f[i + OFFSET]
-    # The step turns the ray, unless its end is infinitely far away.
-    turn = step / reach
-    f[i + SHADOW + ORIGIN] = f[i + POSITION] + step * nx
-    f[i + SHADOW + ORIGIN + Y] = f[i + POSITION + Y] + step * ny
-    f[i + SHADOW + ORIGIN + Z] = f[i + POSITION + Z] + step * nz
-    f[i + SHADOW + T_NEAR] = JUST_AHEAD
-    f[i + SHADOW + DIRECTION] = dx - turn * nx
-    f[i + SHADOW + DIRECTION + Y] = dy - turn * ny
-    f[i + SHADOW + DIRECTION + Z] = dz - turn * nz
-    f[i + SHADOW + TIME] = _ZERO
-    f[i + SHADOW + T_FAR] = reach * _SHORT_OF_LAMP
-
-
-@kernel
-def add_light(batch: Batch, lights: LightArrays, light: int, packets: int) -> None:
-    """Add what an unblocked shadow ray brings to the radiance gathered."""
-    f, color = batch.floats, lights.color[light]
-    red, green, blue = color[0], color[1], color[2]
-    for p in range(packets):
-        for i in range(p * PACKET, p * PACKET + LANES):
-            weight = f[i + LIGHT_WEIGHT] if f[i + SHADOW + T_FAR] >= _ZERO else _ZERO
-            f[i + RADIANCE] += weight * red * f[i + ALBEDO] * f[i + THROUGHPUT]
-            f[i + RADIANCE + Y] += weight * green * f[i + ALBEDO + Y] * f[i + THROUGHPUT + Y]
-            f[i + RADIANCE + Z] += weight * blue * f[i + ALBEDO + Z] * f[i + THROUGHPUT + Z]
+def _cone(f: np.ndarray, lights: LightArrays, light: int, i: int) -> float:
+    """The share of a spot's light that comes this way: a smooth step over the cosine in lamp space, as in Blender."""
+    m = lights.to_spot
+    dx, dy, dz = f[i + SHADOW + DIRECTION], f[i + SHADOW + DIRECTION + Y], f[i + SHADOW + DIRECTION + Z]
+    return cone_share(m, light, dx, dy, dz, lights.spot_cosine[light], lights.spot_edge[light])
 
 
 @device
-def to_world(x: float, y: float, z: float, nx: float, ny: float, nz: float) -> tuple[float, float, float]:
-    """Turn (x, y, z) from the tangent space about the unit vector n into the space of n."""
-    ax, ay, az, bx, by, bz = tangents(nx, ny, nz)
-    return x * ax + y * bx + z * nx, x * ay + y * by + z * ny, x * az + y * bz + z * nz
-
-
-@device
-def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
-    """Two unit vectors that make a right-handed base with the unit vector (x, y, z) (Duff et al. 2017)."""
-    sign = _ONE if z >= _ZERO else -_ONE
-    a = -_ONE / (sign + z)
-    b = x * y * a
-    return _ONE + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y
+def cone_share(
+    to_spot: np.ndarray, light: int, dx: float, dy: float, dz: float, cosine_of_edge: float, edge: float
+) -> float:
+    x = to_spot[light, 0, 0] * dx + to_spot[light, 0, 1] * dy + to_spot[light, 0, 2] * dz
+    y = to_spot[light, 1, 0] * dx + to_spot[light, 1, 1] * dy + to_spot[light, 1, 2] * dz
+    z = to_spot[light, 2, 0] * dx + to_spot[light, 2, 1] * dy + to_spot[light, 2, 2] * dz
+    length = np.float32(math.sqrt(x * x + y * y + z * z))
+    # The lamp looks along its own -Z, and d towards it.
+    cosine = z / length if length > _ZERO else _ZERO
+    step = min(max((cosine - cosine_of_edge) * edge, _ZERO), _ONE)
+    return step * step * (np.float32(3) - _TWO * step)

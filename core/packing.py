@@ -18,49 +18,51 @@ import numpy as np
 from .embree import EmbreeScene, PlacedTriangles, build_scene
 from .embree_run import RunScene
 from .errors import SceneError
-from .packed_materials import NONE, pack_materials
-from .scene import Instance, Material, Mesh, Scene
+from .packed_materials import MaterialArrays, pack_materials
+from .programs import NONE, Programs
+from .scene import VISIBLE_TO_SHADOWS, Instance, Material, Mesh, Scene
+
+#: A bit beside `scene.VISIBLE_TO_SHADOWS`, and in its place, of what tints shadows rather than to make them black.
+TINTS_SHADOWS = 32
 
 
-class SceneArrays(NamedTuple):
-    """Geometry, placements, materials and textures for kernels. Sizes: M meshes, P placements, K materials."""
+#: Columns of `Geometry.first`: where a mesh's part of an array begins, or NONE. From FIRST_ATTRIBUTE on there is one
+#: for each attribute that a program asks for.
+VERTEX, TRIANGLE, CORNER_NORMAL, CORNER_UV, TANGENT, SLOT, FIRST_ATTRIBUTE = range(7)
+
+#: Columns of `Geometry.placements`: its mesh; whether that is in its own space; -1 where a mirroring matrix turned the
+#: triangles inside out, else 1; where its materials begin in `slot_materials`, and the number of its last slot.
+MESH, INSTANCED, HANDEDNESS, FIRST_MATERIAL, LAST_SLOT = range(5)
+
+
+class Geometry(NamedTuple):
+    """Meshes and placements for kernels. Sizes: M meshes, P placements.
+
+    Few and wide arrays: each that a kernel is given takes time to compile, and to pass on.
+    """
 
     vertices: np.ndarray  # (V, 3)
     triangles: np.ndarray  # (T, 3) uint32, into the mesh's own vertices
-    corner_normals: np.ndarray  # (N, 3, 3), of the smooth meshes
-    uvs: np.ndarray  # (U, 3, 2), of the meshes that have them
-    slots: np.ndarray  # (S,) uint16, of the meshes with several materials
-    first_vertex: np.ndarray  # (M,) int64, and so on: where a mesh's part begins, or NONE
-    first_triangle: np.ndarray
-    first_normal: np.ndarray
-    first_uv: np.ndarray
-    first_slot: np.ndarray
-    mesh: np.ndarray  # (P,) int64
-    instanced: np.ndarray  # (P,) bool: the mesh is in its own space
-    handedness: np.ndarray  # (P,) float32: -1 where a mirroring matrix turned the triangles inside out
+    corner_normals: np.ndarray  # (·, 3, 3), of the smooth meshes
+    uvs: np.ndarray  # (·, 3, 2), of the meshes that have them
+    tangents: np.ndarray  # (·, 3, 4), likewise
+    attributes: np.ndarray  # (·, 3, 3): the corners' colours
+    slots: np.ndarray  # (·,) uint16, of the meshes with several materials
+    first: np.ndarray  # (M, FIRST_ATTRIBUTE + attributes) int64
+    placements: np.ndarray  # (P, 5) int64
     to_world: np.ndarray  # (P, 3, 4) float32, re-centred; of instanced placements
     normal_to_world: np.ndarray  # (P, 3, 3)
     to_object: np.ndarray  # (P, 3, 4): from world space, or from the mesh's own where instanced
     to_generated: np.ndarray  # (P, 3, 4): likewise
-    first_material: np.ndarray  # (P,) int64 into `materials`
-    materials: np.ndarray  # int64: the material of each slot of each placement
-    last_slot: np.ndarray  # (P,) int64
-    albedo: np.ndarray  # (K, 3)
-    albedo_texture: np.ndarray  # (K,) int64 into the textures, or NONE
-    emission: np.ndarray  # (K, 3): strength included; multiplies the texture where there is one
-    emission_texture: np.ndarray
-    emits: np.ndarray  # (K,) bool
-    texture_kind: np.ndarray  # (X,) CHECKER, ... of `packed_materials`
-    texture_space: np.ndarray  # (X,) UV, ...
-    texture_color1: np.ndarray  # (X, 3)
-    texture_color2: np.ndarray
-    texture_scale: np.ndarray  # (X,)
-    texture_size: np.ndarray  # (X, 2) int64: width, height
-    texture_extension: np.ndarray  # (X,) REPEAT, ...
-    texture_smooth: np.ndarray  # (X,) bool: linear interpolation
-    texture_first: np.ndarray  # (X,) int64 into the pixels
-    pixels: np.ndarray  # (Q, 3) float32
-    bytes: np.ndarray  # (Q, 3) uint8
+    slot_materials: np.ndarray  # int64: the material of each slot of each placement
+    center: np.ndarray  # (3,) float32: what was subtracted from world positions
+
+
+class SceneArrays(NamedTuple):
+    """What kernels know of the scene."""
+
+    geometry: Geometry
+    materials: MaterialArrays
 
 
 @dataclass(frozen=True)
@@ -68,9 +70,9 @@ class PackedScene:
     """`arrays` and `embree` for kernels; `center` (3,) float64 is what has to be subtracted from world positions."""
 
     arrays: SceneArrays
+    programs: Programs
     embree: EmbreeScene | RunScene
     center: np.ndarray
-    surfaces_shine: bool
 
 
 def pack_scene(scene: Scene, threads: int) -> PackedScene:
@@ -90,19 +92,25 @@ def pack_scene(scene: Scene, threads: int) -> PackedScene:
     uses = Counter(id(instance.mesh) for instance in instances)
     alone = {id(instance.mesh): instance for instance in instances if uses[id(instance.mesh)] == 1}
 
-    geometry, parts = _pack_meshes(meshes, alone, center)
     placements = _pack_placements(instances, meshes, alone, center)
-    materials, textures = pack_materials(placements.pop("material_list"))
-    arrays = SceneArrays(**geometry, **placements, **materials, **textures)
-    entries = [
-        PlacedTriangles(
-            *parts[arrays.mesh[i]],
-            arrays.to_world[i] if arrays.instanced[i] else None,
-            instance.visibility,
-        )
-        for i, instance in enumerate(instances)
-    ]
-    return PackedScene(arrays, build_scene(entries, threads), center, bool(arrays.emits.any()))
+    materials, slot_materials, programs = pack_materials(placements.pop("material_list"), scene.world)
+    arrays, parts = _pack_meshes(meshes, alone, center, programs.attributes)
+    geometry = Geometry(**arrays, **placements, slot_materials=slot_materials, center=center.astype(np.float32))
+    passes = np.array([material.may_pass for material in programs.materials], bool)
+    entries = []
+    for i, (instance, row) in enumerate(zip(instances, geometry.placements, strict=True)):
+        first, last = row[FIRST_MATERIAL], row[FIRST_MATERIAL] + row[LAST_SLOT]
+        matrix = geometry.to_world[i] if row[INSTANCED] else None
+        mask = _mask(instance, passes[slot_materials[first : last + 1]].any())
+        entries.append(PlacedTriangles(*parts[row[MESH]], matrix, mask))
+    return PackedScene(SceneArrays(geometry, materials), programs, build_scene(entries, threads), center)
+
+
+def _mask(instance: Instance, may_pass: bool) -> int:
+    """The kinds of ray that hit a placement: shadow rays look at those apart that light may pass straight through."""
+    if may_pass and instance.visibility & VISIBLE_TO_SHADOWS:
+        return instance.visibility ^ VISIBLE_TO_SHADOWS | TINTS_SHADOWS
+    return instance.visibility
 
 
 def affine(matrix: np.ndarray, center: np.ndarray | None = None) -> np.ndarray:
@@ -125,6 +133,8 @@ def _check_mesh(mesh: Mesh) -> None:
         "corner normals": (mesh.corner_normals, (count, 3, 3)),
         "UVs": (mesh.uvs, (count, 3, 2)),
         "material slots": (mesh.material_slots, (count,)),
+        "tangents": (mesh.tangents, (count, 3, 4)),
+        **{f"colours {name!r}": (colors, (count, 3, 3)) for name, colors in mesh.attributes.items()},
     }
     for what, (array, shape) in shapes.items():
         if array is not None and np.shape(array) != shape:
@@ -161,7 +171,9 @@ def _normal_matrix(matrix: np.ndarray) -> np.ndarray:
     return cofactors * (-1 if np.linalg.det(np.array(matrix)[:3, :3]) < 0 else 1)
 
 
-def _pack_meshes(meshes: list[Mesh], alone: dict[int, Instance], center: np.ndarray) -> tuple[dict, list]:
+def _pack_meshes(
+    meshes: list[Mesh], alone: dict[int, Instance], center: np.ndarray, attributes: Sequence[str]
+) -> tuple[dict, list]:
     """Concatenate the meshes' arrays. Returns the fields of `SceneArrays` and each mesh's (vertices, triangles)."""
     vertices = [_placed_vertices(mesh, alone.get(id(mesh)), center) for mesh in meshes]
     # Embree reads 16 bytes at each vertex of 12: one more row keeps the last read inside the memory.
@@ -171,22 +183,29 @@ def _pack_meshes(meshes: list[Mesh], alone: dict[int, Instance], center: np.ndar
     )
     normals = [_placed_normals(mesh, alone.get(id(mesh))) for mesh in meshes]
     uvs = [mesh.uvs for mesh in meshes]
+    tangents = [_placed_tangents(mesh, alone.get(id(mesh))) for mesh in meshes]
+    colors = [[mesh.attributes.get(name) for mesh in meshes] for name in attributes]
     slots = [mesh.material_slots for mesh in meshes]
+    all_colors = [color for of_meshes in colors for color in of_meshes]
     fields = {
         "vertices": all_vertices,
         "triangles": all_triangles,
         "corner_normals": _concatenate(normals, (0, 3, 3), np.float32),
         "uvs": _concatenate(uvs, (0, 3, 2), np.float32),
+        "tangents": _concatenate(tangents, (0, 3, 4), np.float32),
+        "attributes": _concatenate(all_colors, (0, 3, 3), np.float32),
         "slots": _concatenate(slots, (0,), np.uint16),
-        "first_vertex": _starts(vertices),
-        "first_triangle": _starts([mesh.triangles for mesh in meshes]),
-        "first_normal": _starts(normals),
-        "first_uv": _starts(uvs),
-        "first_slot": _starts(slots),
+        "first": np.column_stack(
+            [
+                *map(_starts, (vertices, [mesh.triangles for mesh in meshes], normals, uvs, tangents, slots)),
+                *_starts(all_colors).reshape(len(attributes), len(meshes)),
+            ]
+        ),
     }
+    first = fields["first"]
     parts = [
         (all_vertices[v : v + len(mesh.vertices)], all_triangles[t : t + len(mesh.triangles)])
-        for mesh, v, t in zip(meshes, fields["first_vertex"], fields["first_triangle"], strict=True)
+        for mesh, v, t in zip(meshes, first[:, VERTEX], first[:, TRIANGLE], strict=True)
     ]
     return fields, parts
 
@@ -204,6 +223,16 @@ def _placed_normals(mesh: Mesh, instance: Instance | None) -> np.ndarray | None:
     normals = mesh.corner_normals.astype(np.float32) @ _normal_matrix(instance.matrix).T.astype(np.float32)
     length = np.linalg.norm(normals, axis=2, keepdims=True)
     return normals / np.where(length > 0, length, 1)
+
+
+def _placed_tangents(mesh: Mesh, instance: Instance | None) -> np.ndarray | None:
+    if mesh.tangents is None or instance is None:
+        return mesh.tangents
+    linear = np.array(instance.matrix, np.float32)[:3, :3]
+    along = mesh.tangents[..., :3].astype(np.float32) @ linear.T
+    length = np.linalg.norm(along, axis=2, keepdims=True)
+    sign = mesh.tangents[..., 3:] * (-1 if np.linalg.det(linear) < 0 else 1)
+    return np.concatenate([along / np.where(length > 0, length, 1), sign], axis=2)
 
 
 def _concatenate(arrays: Sequence[np.ndarray | None], empty: tuple[int, ...], dtype: type) -> np.ndarray:
@@ -247,15 +276,18 @@ def _pack_placements(
         materials.extend(instance.materials or (default,))
         last_slot[i] = len(materials) - first_material[i] - 1
     matrices = np.array([affine(instance.matrix, center) for instance in instances]).reshape(count, 3, 4)
+    columns = [
+        [index[id(instance.mesh)] for instance in instances],
+        instanced,
+        np.where(instanced | (np.linalg.det(matrices[:, :, :3]) >= 0), 1, -1),
+        first_material,
+        last_slot,
+    ]
     return {
-        "mesh": np.array([index[id(instance.mesh)] for instance in instances], np.int64),
-        "instanced": instanced,
-        "handedness": np.where(instanced | (np.linalg.det(matrices[:, :, :3]) >= 0), 1, -1).astype(np.float32),
+        "placements": np.ascontiguousarray(np.array(columns, np.int64).T),
         "to_world": matrices.astype(np.float32),
         "normal_to_world": np.array([_normal_matrix(m.matrix) for m in instances], np.float32).reshape(count, 3, 3),
         "to_object": to_object.astype(np.float32),
         "to_generated": to_generated.astype(np.float32),
-        "first_material": first_material,
-        "last_slot": last_slot,
         "material_list": materials,
     }

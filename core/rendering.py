@@ -6,6 +6,7 @@ rendered whole, so that a packet holds the same rays whatever the border, the ti
 
 from __future__ import annotations
 
+import functools
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -14,19 +15,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .batch import LANES, PACKET, Batch, new_batch
+from .batch import Batch, new_batch
 from .camera import check_camera, pack_camera
+from .direct_light import Clamp
 from .domains import make_table
-from .errors import SceneError, SettingsError
-from .film import PASSES, Film, TileSums, add_samples, develop, new_tile_sums
+from .errors import SettingsError
+from .film import PASSES, Film, develop, new_tile_sums
 from .filters import offset_table
-from .integrator import Frame, trace_samples
-from .jit import kernel
-from .lights import pack_lights
+from .integrator import Frame, Limits, Points, Ways, render_blocks
+from .lights import LightArrays, pack_lights
+from .materials import fill_constants
+from .mesh_lights import find_mesh_lights
 from .packing import PackedScene, pack_scene
+from .programs import NONE
+from .scattering import ROULETTE_FROM
 from .scene import Scene
 from .settings import RenderSettings
 from .shared_use import SharedUse
+from .world_light import NO_ENVIRONMENT, picture_world
 
 BLOCK = 4
 #: How often the calling thread looks whether it should stop, in seconds.
@@ -63,19 +69,18 @@ def render(
     """
     start = time.perf_counter()
     check_camera(scene.camera)
-    if not np.isfinite(scene.world).all():
-        raise SceneError("the world's colour is not a finite number")
     left, bottom, right, top = _region(scene, settings)
     film = _new_film(left, bottom, right, top, scene, settings)
     packed = pack_scene(scene, settings.thread_count)
     embree = SharedUse(packed.embree.close)
     try:
-        frame = _make_frame(scene, settings, packed)
-        film.cancelled = not _load_kernels(frame, should_cancel)
+        frame, registers = _make_frame(scene, settings, packed)
+        workspace = functools.partial(_new_workspace, frame, registers)
+        film.cancelled = not _load_kernels(frame, workspace, should_cancel)
         film.setup_seconds = time.perf_counter() - start
         start = time.perf_counter()
         if not film.cancelled:
-            _render_tiles(film, frame, embree, settings, on_tile, should_cancel)
+            _render_tiles(film, frame, workspace, embree, settings, on_tile, should_cancel)
         film.seconds = time.perf_counter() - start
     finally:
         embree.let_go()
@@ -89,14 +94,25 @@ def _new_film(left: int, bottom: int, right: int, top: int, scene: Scene, settin
         raise SettingsError(f"a picture of {right - left} × {top - bottom} pixels does not fit into memory") from None
 
 
-def _load_kernels(frame: Frame, should_cancel: Callable[[], bool] | None) -> bool:
+def _new_workspace(frame: Frame, registers: np.ndarray, packets: int) -> tuple[Batch, Batch]:
+    """The working memory of one thread: the paths, and points looked at beside them where the scene asks for it."""
+    lobes, ways = frame.scene.materials.largest_lobe_count, frame.ways
+    looks_aside = ways.emitters_vary or ways.has_environment or ways.can_pass
+    return new_batch(packets, lobes, registers), new_batch(packets if looks_aside else 0, lobes, registers)
+
+
+def _load_kernels(
+    frame: Frame, workspace: Callable[[int], tuple[Batch, Batch]], should_cancel: Callable[[], bool] | None
+) -> bool:
     """Compile the kernels, or load them from the cache, by calling them for no blocks. False where it was cancelled.
 
     Compiling takes many seconds and cannot be stopped: it goes on by itself then, for the benefit of the next render.
     """
     no_blocks = np.zeros((0, 2), np.int64)
     pool = ThreadPoolExecutor(1, "rooks-compile")
-    loading = pool.submit(_render_blocks, new_batch(1), frame, no_blocks, new_tile_sums(1), True, np.zeros(1, np.uint8))
+    batch, side = workspace(1)
+    sums, stop = new_tile_sums(1), np.zeros(1, np.uint8)
+    loading = pool.submit(render_blocks, batch, side, frame, no_blocks, sums, stop)
     pool.shutdown(wait=False)
     while not wait([loading], timeout=POLL).done:
         if should_cancel is not None and should_cancel():
@@ -113,38 +129,84 @@ def _region(scene: Scene, settings: RenderSettings) -> tuple[int, int, int, int]
     return left, bottom, right, top
 
 
-def _make_frame(scene: Scene, settings: RenderSettings, packed: PackedScene) -> Frame:
-    """Everything that the kernels share. A domain that the scene does not use has an empty table."""
+def _make_frame(scene: Scene, settings: RenderSettings, packed: PackedScene) -> tuple[Frame, np.ndarray]:
+    """Everything that the kernels share, and the programs' registers as they begin.
+
+    A domain that the scene does not use has an empty table.
+    """
+    arrays, programs, materials = packed.arrays, packed.programs, packed.arrays.materials
+    registers = fill_constants(arrays, programs)
     camera = pack_camera(scene.camera, packed.center, offset_table(settings))
     lights = pack_lights(scene.lights, packed.center)
-    world_shines = any(scene.world)
-    directions = settings.max_bounces + (1 if world_shines or packed.surfaces_shine else 0)
+    only_diffuse = not any(material.has_lobes for material in programs.materials)
+    can_pass = any(material.may_pass for material in programs.materials)
+    world_varies = programs.world.start != NONE
+    emission = np.array([material.typical_emission for material in programs.materials], np.float64)
+    emitters = find_mesh_lights(scene, arrays.geometry, programs, emission)
+    has_emitters = len(emitters.area) > 0
+    limits = _limits(settings, only_diffuse)
+    surfaces_shine = any(material.may_emit for material in programs.materials)
+    ways = Ways(
+        only_diffuse=only_diffuse,
+        has_programs=bool((materials.program[:-1] != NONE).any()),
+        chooses_lamps=lights.each < len(lights.kind),
+        has_emitters=has_emitters,
+        emitters_vary=has_emitters and bool((materials.program[np.unique(emitters.material)] != NONE).any()),
+        has_environment=world_varies,
+        shines=surfaces_shine or world_varies or bool(materials.emission[materials.world].any()),
+        surfaces_shine=surfaces_shine,
+        lamps_can_be_met=not only_diffuse and bool((lights.area > 0).any()),
+        can_pass=can_pass,
+        hide_world=settings.film_transparent,
+        steps=limits.bounces + 1 + (limits.transparent + 1 if can_pass else 0),
+    )
     pixels = scene.camera.resolution[0] * scene.camera.resolution[1]
-    dimensions = {
-        "pixel": 1,
-        "lens": int(camera.lens_radius > 0),
-        "light": len(lights.kind) * (settings.max_bounces + 1) if lights.extended.any() else 0,
-        "bsdf": directions,
-    }
-    tables = {f"{name}_points": make_table(name, settings, count, pixels) for name, count in dimensions.items()}
-    world = np.array(scene.world, np.float32)
-    return Frame(
-        scene=packed.arrays,
+    dimensions = _dimensions(ways, lights, camera.lens_radius > 0)
+    frame = Frame(
+        scene=arrays,
         traversal=packed.embree.traversal,
         camera=camera,
         lights=lights,
-        world=world,
-        backdrop=world * (not settings.film_transparent),
-        world_shines=world_shines,
-        surfaces_shine=packed.surfaces_shine,
-        max_bounces=settings.max_bounces,
-        **tables,
+        emitters=emitters,
+        environment=picture_world(arrays, programs, registers) if world_varies else NO_ENVIRONMENT,
+        limits=limits,
+        clamp=Clamp(np.float32(settings.clamp_indirect or np.inf), np.float32(limits.bounces)),
+        ways=ways,
+        points=Points(**{name: make_table(name, settings, count, pixels) for name, count in dimensions.items()}),
     )
+    return frame, registers
+
+
+def _limits(settings: RenderSettings, only_diffuse: bool) -> Limits:
+    bounces = min(settings.max_bounces, settings.diffuse_bounces) if only_diffuse else settings.max_bounces
+    return Limits(
+        bounces,
+        settings.diffuse_bounces,
+        settings.glossy_bounces,
+        settings.transmission_bounces,
+        settings.transparent_bounces,
+    )
+
+
+def _dimensions(ways: Ways, lights: LightArrays, has_lens: bool) -> dict[str, int]:
+    """How many point sets a path takes from each domain."""
+    per_step = lights.each + ways.chooses_lamps + ways.has_emitters + ways.has_environment
+    samples_lights = lights.extended.any() or ways.has_emitters or ways.has_environment
+    scatters = ways.steps if ways.steps > 1 or ways.shines or ways.lamps_can_be_met else 0
+    # The choice of a lobe and Russian roulette take a set of their own.
+    chooses = scatters > ROULETTE_FROM or not ways.only_diffuse
+    return {
+        "pixel": 1,
+        "lens": int(has_lens),
+        "light": per_step * ways.steps if samples_lights else 0,
+        "bsdf": scatters * (2 if chooses else 1),
+    }
 
 
 def _render_tiles(
     film: Film,
     frame: Frame,
+    workspace: Callable[[int], tuple[Batch, Batch]],
     embree: SharedUse,
     settings: RenderSettings,
     on_tile: Callable[[Tile], None] | None,
@@ -154,10 +216,10 @@ def _render_tiles(
     memory = threading.local()
 
     def render_one(bounds: tuple[int, int, int, int]) -> tuple[dict[str, np.ndarray], int] | None:
-        if not hasattr(memory, "batch"):
-            memory.batch = new_batch(settings.batch_packets)
+        if not hasattr(memory, "workspace"):
+            memory.workspace = workspace(settings.batch_packets)
         with embree.user() as is_open:
-            return _render_tile(bounds, frame, settings, memory.batch, stop) if is_open else None
+            return _render_tile(bounds, frame, settings, *memory.workspace, stop) if is_open else None
 
     tiles = list(_tiles(film, settings.tile_size))
     with ThreadPoolExecutor(settings.thread_count, "rooks") as pool:
@@ -199,6 +261,7 @@ def _render_tile(
     frame: Frame,
     settings: RenderSettings,
     batch: Batch,
+    side: Batch,
     stop: np.ndarray,
 ) -> tuple[dict[str, np.ndarray], int] | None:
     """Render the blocks that touch `bounds`: their passes and dropped samples; None where it was told to stop."""
@@ -208,30 +271,13 @@ def _render_tile(
     blocks = np.array([(x0 + BLOCK * i, y0 + BLOCK * j) for j in range(rows) for i in range(columns)], np.int64)
     sums = new_tile_sums(len(blocks) * BLOCK * BLOCK)
     samples = settings.sample_count
-    _render_blocks(batch, frame, blocks, sums, not settings.film_transparent, stop)
+    render_blocks(batch, side, frame, blocks, sums, stop)
     if stop[0]:
         return None
     window = np.s_[bottom - y0 : top - y0, left - x0 : right - x0]
     counts = _raster(sums.count[:, None], rows, columns)[window]
     dropped = counts.size * samples - int(counts.sum())
     return {name: _raster(values, rows, columns)[window] for name, values in develop(sums).items()}, dropped
-
-
-@kernel
-def _render_blocks(
-    batch: Batch, frame: Frame, blocks: np.ndarray, sums: TileSums, opaque: bool, stop: np.ndarray
-) -> None:
-    """Render all samples of `blocks` (B, 2) batch after batch, as long as `stop` (1,) is 0."""
-    samples = frame.pixel_points.points.shape[2]
-    capacity = len(batch.floats) // PACKET
-    # A block's 16 pixels times n samples are n whole packets.
-    total = len(blocks) * samples
-    for first in range(0, total, capacity):
-        if stop[0]:
-            return
-        packets = min(capacity, total - first)
-        trace_samples(batch, frame, blocks, first * LANES, packets)
-        add_samples(sums, batch, opaque, first * LANES, samples, packets * LANES)
 
 
 def _raster(values: np.ndarray, rows: int, columns: int) -> np.ndarray:

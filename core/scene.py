@@ -13,14 +13,18 @@ from typing import Literal
 
 import numpy as np
 
-Color = tuple[float, float, float]
+from .shaders import Diffuse, Shader
+from .values import Color, Value
 
-#: Bits of `Instance.visibility`: the kinds of ray that can hit an object.
-VISIBLE_TO_CAMERA, VISIBLE_TO_SURFACES, VISIBLE_TO_SHADOWS = 1, 2, 4
+#: Bits of `Instance.visibility` and of a light's: the kinds of ray that can hit it. A ray that leaves a surface is of
+#: the kind of the lobe that it was sampled from.
+VISIBLE_TO_CAMERA, VISIBLE_TO_DIFFUSE, VISIBLE_TO_GLOSSY, VISIBLE_TO_TRANSMISSION, VISIBLE_TO_SHADOWS = 1, 2, 4, 8, 16
+VISIBLE_TO_SURFACES = VISIBLE_TO_DIFFUSE | VISIBLE_TO_GLOSSY | VISIBLE_TO_TRANSMISSION
 VISIBLE_TO_ALL = VISIBLE_TO_CAMERA | VISIBLE_TO_SURFACES | VISIBLE_TO_SHADOWS
 
-#: Albedo of a mesh without a material: Blender's default grey.
+#: A mesh without a material: Blender's default grey.
 DEFAULT_GREY: Color = (0.8, 0.8, 0.8)
+DEFAULT_SURFACE = Diffuse(DEFAULT_GREY)
 
 
 @dataclass(frozen=True)
@@ -48,49 +52,16 @@ class Camera:
     aperture_ratio: float = 1.0
 
 
-@dataclass(frozen=True)
-class Checker:
-    """Blender's Checker Texture: two colours in cubes of side 1/`scale` of the coordinates, `color2` at the origin.
-
-    `coordinates` names the space that is looked up: the mesh's UV map, Blender's generated coordinates (0 to 1 across
-    the mesh's texture space) or the object's own space.
-    """
-
-    color1: Color
-    color2: Color
-    scale: float = 1.0
-    coordinates: Literal["uv", "generated", "object"] = "generated"
-
-
-@dataclass(frozen=True, eq=False)
-class ImageTexture:
-    """An image looked up by the first two coordinates.
-
-    `pixels` is (height, width, 3), bottom row first (as Blender keeps images): float32 in linear Rec.709, or uint8 in
-    sRGB, which is interpolated as it is and made linear afterwards, as Cycles does. `extension` says what lies outside
-    [0, 1): the image again, mirrored, its edge, or black.
-    """
-
-    pixels: np.ndarray
-    extension: Literal["repeat", "mirror", "extend", "clip"] = "repeat"
-    interpolation: Literal["linear", "closest"] = "linear"
-    coordinates: Literal["uv", "generated", "object"] = "uv"
-
-
-Texture = Checker | ImageTexture
-
-
 @dataclass(frozen=True, eq=False)
 class Material:
-    """A Lambertian surface that may also emit, the same from both sides.
+    """What a surface does with light, the same from both sides; `surface` None is black.
 
-    `albedo` is the share of light reflected. The emitted radiance, in W/(m² sr), is `emission` × `emission_strength`.
+    Without `sample_as_light` what it emits is only found by the rays that hit it.
     """
 
     name: str = "default"
-    albedo: Color | Texture = DEFAULT_GREY
-    emission: Color | Texture = (0.0, 0.0, 0.0)
-    emission_strength: float = 1.0
+    surface: Shader | None = DEFAULT_SURFACE
+    sample_as_light: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +73,8 @@ class Mesh:
     `uvs` (T, 3, 2) float32, one per corner, or None where no texture asks for them.
     `material_slots` (T,) integers into `Instance.materials`, or None where every triangle has slot 0.
     `texture_space` (location, size), each of 3 floats: generated coordinates are (p - location) / (2 size) + 1/2.
+    `tangents` (T, 3, 4) float32, where a normal map in tangent space asks for them: per corner the unit direction of
+    growing u, and the sign of the bitangent. `attributes` maps names to (T, 3, 3) float32, one colour per corner.
     """
 
     name: str
@@ -111,6 +84,8 @@ class Mesh:
     uvs: np.ndarray | None = None
     material_slots: np.ndarray | None = None
     texture_space: tuple[tuple[float, float, float], tuple[float, float, float]] = ((0, 0, 0), (1, 1, 1))
+    tangents: np.ndarray | None = None
+    attributes: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +114,7 @@ class AreaLight:
     shape: Literal["rectangle", "ellipse"] = "rectangle"
     cast_shadow: bool = True
     name: str = ""
+    visibility: int = VISIBLE_TO_SURFACES
 
 
 @dataclass(frozen=True)
@@ -155,6 +131,7 @@ class PointLight:
     soft_falloff: bool = False
     cast_shadow: bool = True
     name: str = ""
+    visibility: int = VISIBLE_TO_SURFACES
 
 
 @dataclass(frozen=True)
@@ -184,6 +161,7 @@ class SunLight:
     angle: float = 0.0
     cast_shadow: bool = True
     name: str = ""
+    visibility: int = VISIBLE_TO_SURFACES
 
 
 Light = AreaLight | PointLight | SpotLight | SunLight
@@ -191,9 +169,9 @@ Light = AreaLight | PointLight | SpotLight | SunLight
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything that a picture needs. `world` is the radiance of the background, in W/(m² sr)."""
+    """Everything that a picture needs. `world` is the radiance of the background, in W/(m² sr), by direction."""
 
     camera: Camera
     instances: tuple[Instance, ...] = ()
     lights: tuple[Light, ...] = ()
-    world: Color = (0.0, 0.0, 0.0)
+    world: Value = (0.0, 0.0, 0.0)

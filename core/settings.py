@@ -18,7 +18,10 @@ class RenderSettings:
 
     A domain's own sampler (`pixel_sampler`, `lens_sampler`, `light_sampler`, `bsdf_sampler`) overrides `sampler`.
     `samples` is the count asked for; `sample_count` is the one that all chosen samplers can make.
-    `max_bounces` 0 is direct light only. `border` is (left, bottom, right, top) in pixels of the full frame, from
+    `max_bounces` 0 is direct light only; a path also ends after its own kind's limit of reflections by diffuse or
+    glossy lobes, of transmissions, or of surfaces that it passed straight through (`transparent_bounces`).
+    `clamp_indirect` limits what one sample's bounced light may add to the mean of its channels, 0: not at all. It is a
+    bias: the picture lacks what was cut off. `border` is (left, bottom, right, top) in pixels of the full frame, from
     its lower left corner, the right and top edges outside. `threads` 0 means one per core; neither it nor
     `tile_size` nor `batch_packets` changes the picture.
 
@@ -34,6 +37,11 @@ class RenderSettings:
     bsdf_sampler: str | None = None
     seed: int = 0
     max_bounces: int = 0
+    diffuse_bounces: int = 4
+    glossy_bounces: int = 4
+    transmission_bounces: int = 12
+    transparent_bounces: int = 8
+    clamp_indirect: float = 0.0
     pixel_filter: Literal["box", "blackman_harris"] = "box"
     filter_width: float = 1.5
     film_transparent: bool = False
@@ -48,7 +56,9 @@ class RenderSettings:
                 raise SettingsError(f"unknown sampler {name!r}: choose one of {', '.join(SAMPLERS)}")
         _check_integer("samples", self.samples, 1, MAX_SAMPLES)
         _check_integer("seed", self.seed, 0, 2**31 - 1)
-        _check_integer("max bounces", self.max_bounces, 0, MAX_BOUNCES)
+        for kind in ("max", "diffuse", "glossy", "transmission", "transparent"):
+            _check_integer(f"{kind} bounces", getattr(self, f"{kind}_bounces"), 0, MAX_BOUNCES)
+        _check_range("clamp indirect", self.clamp_indirect, 0, float("inf"))
         _check_integer("threads", self.threads, 0, 1024)
         _check_integer("tile size", self.tile_size, 4, 4096)
         _check_integer("batch packets", self.batch_packets, 1, 4096)

@@ -1,4 +1,4 @@
-"""What a ray finds where it hits: position, normals, albedo and emission; and what it finds where it misses."""
+"""What a ray finds where it hits: position, normals and the material; and what it finds where it misses."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from .batch import (
     ALPHA,
     DEPTH,
     DIRECTION,
+    EMISSION,
     GEOMETRIC_NORMAL,
     GEOMETRY,
     HIT_NORMAL,
@@ -20,23 +21,37 @@ from .batch import (
     INSTANCE,
     INVALID,
     LANES,
+    LOBE_COUNT,
+    MASK,
+    MATERIAL,
     NORMAL,
     OFFSET,
     PACKET,
     POSITION,
     PRIMITIVE,
-    RADIANCE,
     SHADING_NORMAL,
+    SIDE,
     T_FAR,
-    THROUGHPUT,
     Batch,
     Y,
     Z,
 )
 from .jit import device, kernel
-from .packed_materials import GENERATED, NONE, OBJECT
-from .packing import SceneArrays
-from .textures import texture_color
+from .packing import (
+    CORNER_NORMAL,
+    FIRST_MATERIAL,
+    HANDEDNESS,
+    INSTANCED,
+    LAST_SLOT,
+    MESH,
+    SLOT,
+    TRIANGLE,
+    VERTEX,
+    Geometry,
+    SceneArrays,
+)
+from .programs import NONE
+from .scene import VISIBLE_TO_CAMERA
 
 #: The step off a surface, as a share of the coordinates that went into the hit. Interpolating three vertices and
 #: placing the result rounds 7 times at most and Embree's own test loses as many bits (2^-24 each): twice their sum.
@@ -51,65 +66,81 @@ _ZERO, _ONE = np.float32(0), np.float32(1)
 
 
 @kernel
-def find_surfaces(batch: Batch, scene: SceneArrays, background: np.ndarray, packets: int) -> None:
-    """Turn hits into surfaces and add what they emit; misses add `background` (3,) and end their path."""
+def find_surfaces(batch: Batch, scene: SceneArrays, packets: int) -> None:
+    """Turn hits into surfaces: position, normals, material, and what of the material is constant.
+
+    A ray that hits nothing arrives at the world, which is a material that only emits; its path ends where even that is
+    black.
+    """
     f, bits = batch.floats, batch.bits
-    red, green, blue = background[0], background[1], background[2]
+    geometry, world = scene.geometry, np.uint32(scene.materials.world)
+    albedo, emission = scene.materials.albedo, scene.materials.emission
     for p in range(packets):
         for i in range(p * PACKET, p * PACKET + LANES):
             if f[i + ACTIVE] > _ZERO:
                 if bits[i + PRIMITIVE] == INVALID:
-                    f[i + ACTIVE] = _ZERO
-                    _add_emission(f, i, red, green, blue)
+                    bits[i + MATERIAL] = world
+                    if bits[i + MASK] == np.uint32(VISIBLE_TO_CAMERA):
+                        f[i + ALPHA] = _ZERO
                 else:
-                    instance, geometry = bits[i + INSTANCE], bits[i + GEOMETRY]
-                    placement = np.int64(geometry) if instance == INVALID else np.int64(instance)
-                    _find_surface(f, scene, i, placement, np.int64(bits[i + PRIMITIVE]))
+                    _find_surface(f, bits, geometry, i, hit_placement(bits, i), np.int64(bits[i + PRIMITIVE]))
+                material = bits[i + MATERIAL]
+                bits[i + LOBE_COUNT] = np.uint32(0)
+                store(f, i + ALBEDO, albedo[material, 0], albedo[material, 1], albedo[material, 2])
+                store(f, i + EMISSION, emission[material, 0], emission[material, 1], emission[material, 2])
 
 
 @device
-def _find_surface(f: np.ndarray, scene: SceneArrays, i: int, placement: int, triangle: int) -> None:
-    mesh = scene.mesh[placement]
+def hit_placement(bits: np.ndarray, i: int) -> int:
+    """The placement that lane i has hit: Embree names its instance, or its geometry where it is not instanced."""
+    instance = bits[i + INSTANCE]
+    return np.int64(bits[i + GEOMETRY]) if instance == INVALID else np.int64(instance)
+
+
+@device
+def _find_surface(f: np.ndarray, bits: np.ndarray, geometry: Geometry, i: int, placement: int, triangle: int) -> None:
+    mesh = geometry.placements[placement, MESH]
     v, w = f[i + HIT_V], f[i + HIT_W]
     u = _ONE - v - w
-    x, y, z, rx, ry, rz = _hit_point(scene, mesh, triangle, u, v, w)
+    x, y, z, rx, ry, rz = _hit_point(geometry, mesh, triangle, u, v, w)
     nx, ny, nz = f[i + HIT_NORMAL], f[i + HIT_NORMAL + Y], f[i + HIT_NORMAL + Z]
-    smooth = scene.first_normal[mesh] != NONE
-    sx, sy, sz = _interpolated_normal(scene, mesh, triangle, u, v, w) if smooth else (nx, ny, nz)
-    _find_material(f, scene, i, placement, triangle, u, v, w, x, y, z)
-    if scene.instanced[placement]:
-        rx, ry, rz = _reach_in_world(scene.to_world, placement, rx, ry, rz)
-        x, y, z = _transform(scene.to_world, placement, x, y, z)
-        nx, ny, nz = _rotate(scene.normal_to_world, placement, nx, ny, nz)
-        sx, sy, sz = _rotate(scene.normal_to_world, placement, sx, sy, sz)
+    smooth = geometry.first[mesh, CORNER_NORMAL] != NONE
+    sx, sy, sz = interpolated_normal(geometry, mesh, triangle, u, v, w) if smooth else (nx, ny, nz)
+    bits[i + MATERIAL] = np.uint32(_material(geometry, placement, triangle))
+    if geometry.placements[placement, INSTANCED] != 0:
+        rx, ry, rz = _reach_in_world(geometry.to_world, placement, rx, ry, rz)
+        x, y, z = transform(geometry.to_world, placement, x, y, z)
+        nx, ny, nz = rotate(geometry.normal_to_world, placement, nx, ny, nz)
+        sx, sy, sz = rotate(geometry.normal_to_world, placement, sx, sy, sz)
     else:
-        sign = scene.handedness[placement]
+        sign = np.float32(geometry.placements[placement, HANDEDNESS])
         nx, ny, nz = nx * sign, ny * sign, nz * sign
-    nx, ny, nz = _normalize(nx, ny, nz)
-    sx, sy, sz = _normalize(sx, sy, sz) if smooth else (nx, ny, nz)
+    nx, ny, nz = normalize(nx, ny, nz)
+    sx, sy, sz = normalize(sx, sy, sz) if smooth else (nx, ny, nz)
     away = nx * f[i + DIRECTION] + ny * f[i + DIRECTION + Y] + nz * f[i + DIRECTION + Z] > _ZERO
     side = -_ONE if away else _ONE
-    _store(f, i + POSITION, x, y, z)
-    _store(f, i + GEOMETRIC_NORMAL, side * nx, side * ny, side * nz)
-    _store(f, i + SHADING_NORMAL, side * sx, side * sy, side * sz)
+    f[i + SIDE] = side
+    store(f, i + POSITION, x, y, z)
+    store(f, i + GEOMETRIC_NORMAL, side * nx, side * ny, side * nz)
+    store(f, i + SHADING_NORMAL, side * sx, side * sy, side * sz)
     # Only the error along the normal matters: a floor of kilometres, if it is level, needs a step of millionths.
     f[i + OFFSET] = STEP_OFF * (abs(nx) * rx + abs(ny) * ry + abs(nz) * rz)
 
 
 @device
 def _hit_point(
-    scene: SceneArrays, mesh: int, triangle: int, u: float, v: float, w: float
+    geometry: Geometry, mesh: int, triangle: int, u: float, v: float, w: float
 ) -> tuple[float, float, float, float, float, float]:
     """The point at barycentrics (u, v, w), more exact than origin + t direction, and the triangle's reach.
 
     The reach is its corners' largest x, y and z: what the rounding errors of the point are proportional to (Pharr,
     Jakob and Humphreys 2016, section 3.9).
     """
-    row, first = scene.first_triangle[mesh] + triangle, scene.first_vertex[mesh]
-    a = first + np.int64(scene.triangles[row, 0])
-    b = first + np.int64(scene.triangles[row, 1])
-    c = first + np.int64(scene.triangles[row, 2])
-    vertices = scene.vertices
+    row, first = geometry.first[mesh, TRIANGLE] + triangle, geometry.first[mesh, VERTEX]
+    a = first + np.int64(geometry.triangles[row, 0])
+    b = first + np.int64(geometry.triangles[row, 1])
+    c = first + np.int64(geometry.triangles[row, 2])
+    vertices = geometry.vertices
     ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
     bx, by, bz = vertices[b, 0], vertices[b, 1], vertices[b, 2]
     cx, cy, cz = vertices[c, 0], vertices[c, 1], vertices[c, 2]
@@ -124,10 +155,10 @@ def _hit_point(
 
 
 @device
-def _interpolated_normal(
-    scene: SceneArrays, mesh: int, triangle: int, u: float, v: float, w: float
+def interpolated_normal(
+    geometry: Geometry, mesh: int, triangle: int, u: float, v: float, w: float
 ) -> tuple[float, float, float]:
-    n, row = scene.corner_normals, scene.first_normal[mesh] + triangle
+    n, row = geometry.corner_normals, geometry.first[mesh, CORNER_NORMAL] + triangle
     return (
         u * n[row, 0, 0] + v * n[row, 1, 0] + w * n[row, 2, 0],
         u * n[row, 0, 1] + v * n[row, 1, 1] + w * n[row, 2, 1],
@@ -136,81 +167,17 @@ def _interpolated_normal(
 
 
 @device
-def _find_material(
-    f: np.ndarray,
-    scene: SceneArrays,
-    i: int,
-    placement: int,
-    triangle: int,
-    u: float,
-    v: float,
-    w: float,
-    x: float,
-    y: float,
-    z: float,
-) -> None:
-    """Store the albedo of the triangle's material and add its emission; (x, y, z) is in the mesh's stored space."""
+def _material(geometry: Geometry, placement: int, triangle: int) -> int:
     slot = np.int64(0)
-    first_slot = scene.first_slot[scene.mesh[placement]]
+    first_slot = geometry.first[geometry.placements[placement, MESH], SLOT]
     if first_slot != NONE:
         # A slot beyond the last uses the last, as in Blender.
-        slot = min(np.int64(scene.slots[first_slot + triangle]), scene.last_slot[placement])
-    material = scene.materials[scene.first_material[placement] + slot]
-    texture = scene.albedo_texture[material]
-    if texture == NONE:
-        _store(f, i + ALBEDO, scene.albedo[material, 0], scene.albedo[material, 1], scene.albedo[material, 2])
-    else:
-        s, t, r = _coordinates(scene, texture, placement, triangle, u, v, w, x, y, z)
-        red, green, blue = texture_color(scene, texture, s, t, r)
-        _store(f, i + ALBEDO, red, green, blue)
-    if scene.emits[material]:
-        red, green, blue = scene.emission[material, 0], scene.emission[material, 1], scene.emission[material, 2]
-        texture = scene.emission_texture[material]
-        if texture != NONE:
-            s, t, r = _coordinates(scene, texture, placement, triangle, u, v, w, x, y, z)
-            tr, tg, tb = texture_color(scene, texture, s, t, r)
-            red, green, blue = red * tr, green * tg, blue * tb
-        _add_emission(f, i, red, green, blue)
+        slot = min(np.int64(geometry.slots[first_slot + triangle]), geometry.placements[placement, LAST_SLOT])
+    return geometry.slot_materials[geometry.placements[placement, FIRST_MATERIAL] + slot]
 
 
 @device
-def _add_emission(f: np.ndarray, i: int, red: float, green: float, blue: float) -> None:
-    f[i + RADIANCE] += f[i + THROUGHPUT] * red
-    f[i + RADIANCE + Y] += f[i + THROUGHPUT + Y] * green
-    f[i + RADIANCE + Z] += f[i + THROUGHPUT + Z] * blue
-
-
-@device
-def _coordinates(
-    scene: SceneArrays,
-    texture: int,
-    placement: int,
-    triangle: int,
-    u: float,
-    v: float,
-    w: float,
-    x: float,
-    y: float,
-    z: float,
-) -> tuple[float, float, float]:
-    space = scene.texture_space[texture]
-    if space == GENERATED:
-        return _transform(scene.to_generated, placement, x, y, z)
-    if space == OBJECT:
-        return _transform(scene.to_object, placement, x, y, z)
-    first = scene.first_uv[scene.mesh[placement]]
-    if first == NONE:
-        return _ZERO, _ZERO, _ZERO
-    uvs, row = scene.uvs, first + triangle
-    return (
-        u * uvs[row, 0, 0] + v * uvs[row, 1, 0] + w * uvs[row, 2, 0],
-        u * uvs[row, 0, 1] + v * uvs[row, 1, 1] + w * uvs[row, 2, 1],
-        _ZERO,
-    )
-
-
-@device
-def _transform(m: np.ndarray, k: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+def transform(m: np.ndarray, k: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """The point (x, y, z) under matrix k of m (P, 3, 4)."""
     return (
         m[k, 0, 0] * x + m[k, 0, 1] * y + m[k, 0, 2] * z + m[k, 0, 3],
@@ -220,7 +187,7 @@ def _transform(m: np.ndarray, k: int, x: float, y: float, z: float) -> tuple[flo
 
 
 @device
-def _rotate(m: np.ndarray, k: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+def rotate(m: np.ndarray, k: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """The vector (x, y, z) under matrix k of m (P, 3, 3)."""
     return (
         m[k, 0, 0] * x + m[k, 0, 1] * y + m[k, 0, 2] * z,
@@ -240,7 +207,7 @@ def _reach_in_world(m: np.ndarray, k: int, x: float, y: float, z: float) -> tupl
 
 
 @device
-def _normalize(x: float, y: float, z: float) -> tuple[float, float, float]:
+def normalize(x: float, y: float, z: float) -> tuple[float, float, float]:
     # Scaled first: the cross product of a tiny or huge triangle's edges would leave float32 when squared.
     largest = max(abs(x), abs(y), abs(z))
     if largest == _ZERO:
@@ -252,7 +219,7 @@ def _normalize(x: float, y: float, z: float) -> tuple[float, float, float]:
 
 
 @device
-def _store(f: np.ndarray, at: int, x: float, y: float, z: float) -> None:
+def store(f: np.ndarray, at: int, x: float, y: float, z: float) -> None:
     f[at] = x
     f[at + Y] = y
     f[at + Z] = z
@@ -261,10 +228,10 @@ def _store(f: np.ndarray, at: int, x: float, y: float, z: float) -> None:
 @kernel
 def record_first_hits(batch: Batch, packets: int) -> None:
     """Keep what the passes want of the camera rays' hits: coverage, depth and normal."""
-    f = batch.floats
+    f, bits = batch.floats, batch.bits
     for p in range(packets):
         for i in range(p * PACKET, p * PACKET + LANES):
-            hit = f[i + ACTIVE] > _ZERO
+            hit = bits[i + PRIMITIVE] != INVALID
             f[i + ALPHA] = _ONE if hit else _ZERO
             f[i + DEPTH] = f[i + T_FAR] if hit else MISSED_DEPTH
             f[i + NORMAL] = f[i + SHADING_NORMAL] if hit else _ZERO

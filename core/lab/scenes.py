@@ -14,7 +14,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..scene import VISIBLE_TO_SHADOWS, AreaLight, Camera, Checker, Instance, Material, Mesh, Scene, SunLight
+from ..scene import VISIBLE_TO_SHADOWS, AreaLight, Camera, Instance, Material, Mesh, Scene, SunLight
+from ..shaders import Diffuse
+from ..values import UV, Checker
 from .chess_rook import chess_rook
 
 #: The radiance of what is dark and of what is light.
@@ -39,10 +41,13 @@ def checkerboard(resolution: tuple[int, int] = (256, 256)) -> Scene:
     size = 8000.0
     floor = _rectangle("floor", (0.3, 0, 0), (size, 0, 0), (0, size, 0))
     sky = _rectangle("sky", (0, size / 2, 0), (4 * size, 0, 0), (0, 0, 4 * size))
-    checks = Checker((LIGHT,) * 3, (DARK,) * 3, 1.0, "uv")
+    checks = Checker((LIGHT,) * 3, (DARK,) * 3, 1.0, UV)
     return Scene(
         _camera(EYE, TARGET, resolution, VIEW, clip_end=1e6),
-        (Instance(floor, materials=(Material("checks", checks),)), Instance(sky, materials=(Material("sky", SKY),))),
+        (
+            Instance(floor, materials=(Material("checks", Diffuse(checks)),)),
+            Instance(sky, materials=(Material("sky", Diffuse(SKY)),)),
+        ),
         (_even_sun((0, -1, 1)),),
     )
 
@@ -127,7 +132,7 @@ def penumbra(resolution: tuple[int, int] = (128, 128)) -> Scene:
         (math.pi * LIGHT_SIDE**2 * LIGHT_RADIANCE,) * 3,
     )
     hidden = Instance(blocker.mesh, blocker.matrix, blocker.materials, VISIBLE_TO_SHADOWS)
-    return Scene(camera, (Instance(floor, materials=(Material("white", (1.0, 1.0, 1.0)),)), hidden), (light,))
+    return Scene(camera, (Instance(floor, materials=(Material("white", Diffuse((1.0, 1.0, 1.0))),)), hidden), (light,))
 
 
 def everything(resolution: tuple[int, int] = (384, 256)) -> Scene:
@@ -137,8 +142,8 @@ def everything(resolution: tuple[int, int] = (384, 256)) -> Scene:
     share 24 %. The pixel's share grows as the pixels do.
     """
     board = _rectangle("board", (0, 0, 0), (40, 0, 0), (0, 40, 0))
-    checks = Material("checks", Checker((0.75, 0.68, 0.55), (0.1, 0.06, 0.04), 1.0, "uv"))
-    ivory, ebony = Material("ivory", (0.85, 0.78, 0.65)), Material("ebony", (0.09, 0.07, 0.06))
+    checks = Material("checks", Diffuse(Checker((0.75, 0.68, 0.55), (0.1, 0.06, 0.04), 1.0, UV)))
+    ivory, ebony = Material("ivory", Diffuse((0.85, 0.78, 0.65))), Material("ebony", Diffuse((0.09, 0.07, 0.06)))
     piece = chess_rook()
     places = [
         ((-1.5, -1.5), ivory),
@@ -186,8 +191,8 @@ def _half_plane(depth: float, angle: float) -> tuple[Instance, Instance]:
     turn[:2, :2] = [[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]]
     ground = _rectangle("ground", (0, 0, -depth - 1), (size, 0, 0), (0, size, 0))
     return (
-        Instance(half, turn, (Material("dark", (DARK,) * 3),)),
-        Instance(ground, materials=(Material("light", (LIGHT,) * 3),)),
+        Instance(half, turn, (Material("dark", Diffuse((DARK,) * 3)),)),
+        Instance(ground, materials=(Material("light", Diffuse((LIGHT,) * 3)),)),
     )
 
 

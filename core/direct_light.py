@@ -1,0 +1,211 @@
+"""Direct light: what a light sample adds to the radiance of a path, and the shadow ray that asks whether it does.
+
+A light sample is what `lights`, `mesh_lights` and `world_light` leave: the vector to a point, a weight and a colour.
+The surface reflects a part of it. Where the light could also have been met by a ray that scattered, the sample gets the
+share that multiple importance sampling gives it (Veach 1997, section 9.2, power heuristic).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .batch import (
+    ACTIVE,
+    ALBEDO,
+    BOUNCES_LEFT,
+    DIRECTION,
+    GEOMETRIC_NORMAL,
+    LANES,
+    LAST,
+    LIGHT_COLOR,
+    LIGHT_SPREAD,
+    LIGHT_VISIBILITY,
+    LIGHT_WEIGHT,
+    LOBE_COUNT,
+    OFFSET,
+    ORIGIN,
+    PACKET,
+    POSITION,
+    RADIANCE,
+    REFLECTED,
+    SHADING_NORMAL,
+    SHADOW,
+    T_FAR,
+    T_NEAR,
+    THROUGHPUT,
+    TIME,
+    Batch,
+    Y,
+    Z,
+)
+from .jit import device, kernel
+from .lights import LightArrays
+from .lobe_record import LOBE_SIZE
+from .lobes import evaluate_lobes
+from .scene import VISIBLE_TO_DIFFUSE
+from .surface import JUST_AHEAD
+from .warps import INV_PI, PI
+
+_ZERO, _ONE = np.float32(0), np.float32(1)
+
+
+class Clamp(NamedTuple):
+    """The limit of what bounced light may add, infinite for none, and how many bounces a path may make in all."""
+
+    limit: float
+    bounces: float
+
+
+@device
+def clamp_limit(f: np.ndarray, clamp: Clamp, i: int, free: int) -> float:
+    """The limit for a path of lane i; there is none as long as it has bounced at most `free` times."""
+    return clamp.limit if f[i + BOUNCES_LEFT] < clamp.bounces - np.float32(free) else np.float32(np.inf)
+
+
+#: The share of the way to a lamp that is looked along: a lamp that lies in a surface is not shadowed by that surface.
+_SHORT_OF_LAMP = np.float32(1 - 2.0**-18)
+
+
+@kernel
+def reflect_diffusely(batch: Batch, packets: int) -> None:
+    """Where all surfaces are Lambertian: multiply the weight by the surface's cosine, and make the shadow ray.
+
+    Light that comes from behind the triangle itself does not count, even where the smooth normal would see it.
+    """
+    f = batch.floats
+    for p in range(packets):
+        for i in range(p * PACKET, p * PACKET + LANES):
+            dx, dy, dz = f[i + SHADOW + DIRECTION], f[i + SHADOW + DIRECTION + Y], f[i + SHADOW + DIRECTION + Z]
+            nx, ny, nz = f[i + GEOMETRIC_NORMAL], f[i + GEOMETRIC_NORMAL + Y], f[i + GEOMETRIC_NORMAL + Z]
+            cosine = dx * f[i + SHADING_NORMAL] + dy * f[i + SHADING_NORMAL + Y] + dz * f[i + SHADING_NORMAL + Z]
+            weight = f[i + LIGHT_WEIGHT]
+            lit = (cosine > _ZERO) & (dx * nx + dy * ny + dz * nz > _ZERO) & (weight > _ZERO)
+            f[i + LIGHT_WEIGHT] = cosine * weight if lit & (f[i + ACTIVE] > _ZERO) else _ZERO
+            _make_shadow_ray(f, i, dx, dy, dz, nx, ny, nz)
+
+
+@kernel
+def add_light(batch: Batch, lights: LightArrays, light: int, clamp: Clamp, packets: int) -> None:
+    """Add what an unblocked shadow ray brings to the radiance gathered from Lambertian surfaces."""
+    f, color = batch.floats, lights.color[light]
+    red, green, blue = color[0], color[1], color[2]
+    for p in range(packets):
+        for i in range(p * PACKET, p * PACKET + LANES):
+            weight = f[i + LIGHT_WEIGHT] if f[i + SHADOW + T_FAR] >= _ZERO else _ZERO
+            r = weight * red * f[i + ALBEDO] * f[i + THROUGHPUT]
+            g = weight * green * f[i + ALBEDO + Y] * f[i + THROUGHPUT + Y]
+            b = weight * blue * f[i + ALBEDO + Z] * f[i + THROUGHPUT + Z]
+            add_radiance(f, i, r, g, b, clamp_limit(f, clamp, i, 0))
+
+
+@kernel
+def reflect(batch: Batch, lobe_stride: int, diffuse_competes: bool, packets: int) -> None:
+    """Let the surfaces reflect the light sample into REFLECTED, and make its shadow ray.
+
+    `diffuse_competes`: rays that scatter off Lambertian surfaces count this light, too, when they meet it (those off
+    all others always do).
+    """
+    f, bits = batch.floats, batch.bits
+    for p in range(packets):
+        for i in range(p * PACKET, p * PACKET + LANES):
+            wanted = (f[i + LIGHT_WEIGHT] > _ZERO) & (f[i + ACTIVE] > _ZERO) & (f[i + LAST] == _ZERO)
+            if not wanted:
+                f[i + LIGHT_WEIGHT] = _ZERO
+                continue
+            dx, dy, dz = f[i + SHADOW + DIRECTION], f[i + SHADOW + DIRECTION + Y], f[i + SHADOW + DIRECTION + Z]
+            nx, ny, nz = f[i + GEOMETRIC_NORMAL], f[i + GEOMETRIC_NORMAL + Y], f[i + GEOMETRIC_NORMAL + Z]
+            length = np.float32(math.sqrt(dx * dx + dy * dy + dz * dz))
+            scale = _ONE / length
+            x, y, z = dx * scale, dy * scale, dz * scale
+            side = x * nx + y * ny + z * nz
+            competes = diffuse_competes
+            if bits[i + LOBE_COUNT] == np.uint32(0):
+                cosine = x * f[i + SHADING_NORMAL] + y * f[i + SHADING_NORMAL + Y] + z * f[i + SHADING_NORMAL + Z]
+                seen = bits[i + LIGHT_VISIBILITY] & np.uint32(VISIBLE_TO_DIFFUSE) != np.uint32(0)
+                cosine = cosine if (side > _ZERO) & (cosine > _ZERO) & seen else _ZERO
+                density = cosine * INV_PI
+                r, g, b = cosine * f[i + ALBEDO], cosine * f[i + ALBEDO + Y], cosine * f[i + ALBEDO + Z]
+            else:
+                r, g, b, density = _evaluate(batch, lobe_stride, i, x, y, z)
+                r, g, b = r * PI, g * PI, b * PI
+                competes = True
+            # The spread of the light sample times the density of the ray that scatters: the ratio of both densities.
+            ratio = density * f[i + LIGHT_SPREAD] if competes else _ZERO
+            share = length / (_ONE + ratio * ratio)
+            f[i + REFLECTED] = share * r
+            f[i + REFLECTED + Y] = share * g
+            f[i + REFLECTED + Z] = share * b
+            if max(r, g, b) <= _ZERO:
+                f[i + LIGHT_WEIGHT] = _ZERO
+            sign = _ONE if side > _ZERO else -_ONE
+            _make_shadow_ray(f, i, dx, dy, dz, sign * nx, sign * ny, sign * nz)
+
+
+@device
+def _evaluate(
+    batch: Batch, lobe_stride: int, i: int, x: float, y: float, z: float
+) -> tuple[float, float, float, float]:
+    """The lobes of lane i for light from (x, y, z), unit: Σ BSDF × cosine, and the density of scattering there."""
+    f, bits = batch.floats, batch.bits
+    vx, vy, vz = f[i + DIRECTION], f[i + DIRECTION + Y], f[i + DIRECTION + Z]
+    scale = -_ONE / np.float32(math.sqrt(vx * vx + vy * vy + vz * vz))
+    first = (i // PACKET * LANES + i % PACKET) * lobe_stride * LOBE_SIZE
+    return evaluate_lobes(
+        batch.lobes,
+        first,
+        np.int64(bits[i + LOBE_COUNT]),
+        vx * scale,
+        vy * scale,
+        vz * scale,
+        x,
+        y,
+        z,
+        f[i + GEOMETRIC_NORMAL],
+        f[i + GEOMETRIC_NORMAL + Y],
+        f[i + GEOMETRIC_NORMAL + Z],
+        np.int64(bits[i + LIGHT_VISIBILITY]),
+    )
+
+
+@device
+def _make_shadow_ray(f: np.ndarray, i: int, dx: float, dy: float, dz: float, nx: float, ny: float, nz: float) -> None:
+    """Aim from a step off the surface, along (nx, ny, nz), at its own position + T_FAR × d."""
+    step, reach = f[i + OFFSET], f[i + SHADOW + T_FAR]
+    # The step turns the ray, unless its end is infinitely far away.
+    turn = step / reach
+    f[i + SHADOW + ORIGIN] = f[i + POSITION] + step * nx
+    f[i + SHADOW + ORIGIN + Y] = f[i + POSITION + Y] + step * ny
+    f[i + SHADOW + ORIGIN + Z] = f[i + POSITION + Z] + step * nz
+    f[i + SHADOW + T_NEAR] = JUST_AHEAD
+    f[i + SHADOW + DIRECTION] = dx - turn * nx
+    f[i + SHADOW + DIRECTION + Y] = dy - turn * ny
+    f[i + SHADOW + DIRECTION + Z] = dz - turn * nz
+    f[i + SHADOW + TIME] = _ZERO
+    f[i + SHADOW + T_FAR] = reach * _SHORT_OF_LAMP
+
+
+@kernel
+def add_reflected(batch: Batch, clamp: Clamp, packets: int) -> None:
+    """Add what an unblocked shadow ray brings to the radiance gathered."""
+    f = batch.floats
+    for p in range(packets):
+        for i in range(p * PACKET, p * PACKET + LANES):
+            weight = f[i + LIGHT_WEIGHT]
+            if (weight > _ZERO) & (f[i + SHADOW + T_FAR] >= _ZERO):
+                r = weight * f[i + LIGHT_COLOR] * f[i + REFLECTED] * f[i + THROUGHPUT]
+                g = weight * f[i + LIGHT_COLOR + Y] * f[i + REFLECTED + Y] * f[i + THROUGHPUT + Y]
+                b = weight * f[i + LIGHT_COLOR + Z] * f[i + REFLECTED + Z] * f[i + THROUGHPUT + Z]
+                add_radiance(f, i, r, g, b, clamp_limit(f, clamp, i, 0))
+
+
+@device
+def add_radiance(f: np.ndarray, i: int, red: float, green: float, blue: float, limit: float) -> None:
+    """Add to RADIANCE, scaled down so that the mean of the three is at most `limit`."""
+    mean = (abs(red) + abs(green) + abs(blue)) * np.float32(1 / 3)
+    scale = limit / mean if mean > limit else _ONE
+    f[i + RADIANCE] += scale * red
+    f[i + RADIANCE + Y] += scale * green
+    f[i + RADIANCE + Z] += scale * blue

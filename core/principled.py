@@ -1,0 +1,250 @@
+"""Blender's Principled BSDF as lobes: layers and shares, each taking its light from those below it.
+
+From the top: what alpha lets pass; the coat; emission; the metallic share; of the rest the transmitting share; then the
+specular reflection over the diffuse one. A layer of glossy reflection leaves to those below it 1 less its albedo in the
+viewer's direction, a grey factor that the brightest channel decides. All as Cycles 4.5 has it, without sheen,
+subsurface scattering, thin films and anisotropy. See `closures` for what functions have in common.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .albedo_tables import AlbedoTables, dielectric_share, mirrors_albedo
+from .closures import (
+    CUTOFF,
+    LEAST_INDEX,
+    View,
+    append_dielectric,
+    append_f82,
+    append_lobe,
+    append_transparent,
+    brightening,
+    clamp,
+    mean_dielectric_reflectance,
+    one_bounce,
+    set_color,
+    set_facets,
+    specular_normal,
+)
+from .fresnel import f0_from_ior, ior_from_f0, transmitted_cosine
+from .jit import device, subroutine
+from .lobe_record import (
+    ALPHA,
+    DIELECTRIC,
+    EXPONENT,
+    F0,
+    F90,
+    GGX_REFLECTION,
+    LAMBERT,
+    OREN_NAYAR,
+    REFLECTION_TINT,
+    SCHLICK,
+    TRANSMISSION_TINT,
+)
+
+ZERO, HALF, ONE, TWO, THREE = (np.float32(number) for number in (0, 0.5, 1, 2, 3))
+#: Keeps the way through the coat finite.
+TINY = np.float32(1e-6)
+
+
+class Inputs(NamedTuple):
+    """The node's inputs, named as in `shaders.Principled`, of any value: what is out of range is clamped."""
+
+    base_r: float
+    base_g: float
+    base_b: float
+    metallic: float
+    roughness: float
+    ior: float
+    alpha: float
+    diffuse_roughness: float
+    specular_level: float
+    specular_r: float
+    specular_g: float
+    specular_b: float
+    transmission: float
+    coat: float
+    coat_roughness: float
+    coat_ior: float
+    coat_r: float
+    coat_g: float
+    coat_b: float
+    multiscatter: bool
+
+
+@subroutine
+def append_principled(
+    lobes: np.ndarray,
+    at: int,
+    weight: float,
+    inputs: Inputs,
+    nx: float,
+    ny: float,
+    nz: float,
+    coat_nx: float,
+    coat_ny: float,
+    coat_nz: float,
+    view: View,
+    tables: AlbedoTables,
+) -> tuple[int, float, float, float]:
+    """Append up to 6 lobes; (where the next record begins, red, green, blue): the factor of the node's emission."""
+    weight = max(weight, ZERO)
+    alpha, metallic, transmission = clamp(inputs.alpha), clamp(inputs.metallic), clamp(inputs.transmission)
+    sx, sy, sz = specular_normal(view, nx, ny, nz)
+    at = append_transparent(lobes, at, weight * (ONE - alpha), ONE, ONE, ONE)
+    at, r, g, b = _coat(lobes, at, weight * alpha, inputs, coat_nx, coat_ny, coat_nz, view, tables)
+    emitted_r, emitted_g, emitted_b = r, g, b
+    at = _metal(lobes, at, metallic * r, metallic * g, metallic * b, inputs, sx, sy, sz, view, tables)
+    r, g, b = (ONE - metallic) * r, (ONE - metallic) * g, (ONE - metallic) * b
+    at = _glass(lobes, at, transmission * r, transmission * g, transmission * b, inputs, sx, sy, sz, view, tables)
+    r, g, b = (ONE - transmission) * r, (ONE - transmission) * g, (ONE - transmission) * b
+    at, left = _specular(lobes, at, r, g, b, inputs, sx, sy, sz, view, tables)
+    set_color(lobes, at + REFLECTION_TINT, clamp(inputs.base_r), clamp(inputs.base_g), clamp(inputs.base_b))
+    lobes[at + ALPHA] = clamp(inputs.diffuse_roughness)
+    kind = OREN_NAYAR if inputs.diffuse_roughness >= CUTOFF else LAMBERT
+    r, g, b = left * r * inputs.base_r, left * g * inputs.base_g, left * b * inputs.base_b
+    at = append_lobe(lobes, at, kind, r, g, b, ONE, nx, ny, nz)
+    return at, emitted_r, emitted_g, emitted_b
+
+
+@device
+def _coat(
+    lobes: np.ndarray,
+    at: int,
+    weight: float,
+    inputs: Inputs,
+    nx: float,
+    ny: float,
+    nz: float,
+    view: View,
+    tables: AlbedoTables,
+) -> tuple[int, float, float, float]:
+    """A clear dielectric, which tints what is below; (the next record, the weight that is left to the layers below).
+
+    Light bounces between its facets whichever distribution is chosen.
+    """
+    if inputs.coat <= CUTOFF or weight < CUTOFF:
+        return at, weight, weight, weight
+    coat, roughness, index = inputs.coat, clamp(inputs.coat_roughness), max(inputs.coat_ior, ONE)
+    nx, ny, nz = specular_normal(view, nx, ny, nz)
+    cosine = clamp(view.x * nx + view.y * ny + view.z * nz)
+    single, mean = mirrors_albedo(tables, roughness, cosine)
+    bright = brightening(single, mean, mean_dielectric_reflectance(index))
+    albedo = single * _toward_one(f0_from_ior(index), dielectric_share(tables, roughness, cosine, index))
+    set_facets(lobes, at, roughness, index, DIELECTRIC)
+    over = coat * weight * bright
+    at = append_lobe(lobes, at, GGX_REFLECTION, over, over, over, albedo, nx, ny, nz)
+    left = weight * clamp(ONE - coat * bright * albedo)
+    # Beer's law: the tint is that of the way straight through the coat, and slanted ways are longer.
+    length = ONE / max(transmitted_cosine(cosine, index), TINY)
+    return (
+        at,
+        left * (ONE - coat * (ONE - max(inputs.coat_r, ZERO) ** length)),
+        left * (ONE - coat * (ONE - max(inputs.coat_g, ZERO) ** length)),
+        left * (ONE - coat * (ONE - max(inputs.coat_b, ZERO) ** length)),
+    )
+
+
+@device
+def _metal(
+    lobes: np.ndarray,
+    at: int,
+    r: float,
+    g: float,
+    b: float,
+    inputs: Inputs,
+    nx: float,
+    ny: float,
+    nz: float,
+    view: View,
+    tables: AlbedoTables,
+) -> int:
+    """The base colour head on; the specular tint is that of the edge."""
+    if inputs.metallic <= CUTOFF:
+        return at
+    set_color(lobes, at + F0, clamp(inputs.base_r), clamp(inputs.base_g), clamp(inputs.base_b))
+    set_color(lobes, at + F90, clamp(inputs.specular_r), clamp(inputs.specular_g), clamp(inputs.specular_b))
+    return append_f82(lobes, at, r, g, b, clamp(inputs.roughness), inputs.multiscatter, nx, ny, nz, view, tables)
+
+
+@device
+def _glass(
+    lobes: np.ndarray,
+    at: int,
+    r: float,
+    g: float,
+    b: float,
+    inputs: Inputs,
+    nx: float,
+    ny: float,
+    nz: float,
+    view: View,
+    tables: AlbedoTables,
+) -> int:
+    """Light that passes two surfaces takes the base colour, so one gives its root."""
+    if inputs.transmission <= CUTOFF:
+        return at
+    set_color(lobes, at + F0, inputs.specular_r, inputs.specular_g, inputs.specular_b)
+    set_color(lobes, at + REFLECTION_TINT, ONE, ONE, ONE)
+    set_color(
+        lobes,
+        at + TRANSMISSION_TINT,
+        np.sqrt(clamp(inputs.base_r)),
+        np.sqrt(clamp(inputs.base_g)),
+        np.sqrt(clamp(inputs.base_b)),
+    )
+    roughness, multiscatter = clamp(inputs.roughness), inputs.multiscatter
+    return append_dielectric(lobes, at, r, g, b, roughness, inputs.ior, multiscatter, nx, ny, nz, view, tables)
+
+
+@device
+def _specular(
+    lobes: np.ndarray,
+    at: int,
+    r: float,
+    g: float,
+    b: float,
+    inputs: Inputs,
+    nx: float,
+    ny: float,
+    nz: float,
+    view: View,
+    tables: AlbedoTables,
+) -> tuple[int, float]:
+    """(the next record, the share of light left to the diffuse layer).
+
+    The specular level scales the reflectance head on, and with it the index of refraction that the curve follows.
+    """
+    index, level = max(inputs.ior, LEAST_INDEX), max(inputs.specular_level, ZERO)
+    f0 = TWO * level * f0_from_ior(index)
+    adjusted = ior_from_f0(f0)
+    eta = index if level == HALF else (adjusted if index >= ONE else ONE / adjusted)
+    if eta == ONE or r + g + b < THREE * CUTOFF:
+        return at, ONE
+    f0_r, f0_g, f0_b = clamp(f0 * inputs.specular_r), clamp(f0 * inputs.specular_g), clamp(f0 * inputs.specular_b)
+    roughness = clamp(inputs.roughness)
+    cosine = clamp(view.x * nx + view.y * ny + view.z * nz)
+    single, mean = one_bounce(tables, inputs.multiscatter, roughness, cosine)
+    # How far the reflectance has gone from f0 to 1 on average over all directions, and over the facets in this one.
+    head_on = f0_from_ior(eta)
+    share = clamp((mean_dielectric_reflectance(eta) - head_on) / (ONE - head_on))
+    bright_r = brightening(single, mean, _toward_one(f0_r, share))
+    bright_g = brightening(single, mean, _toward_one(f0_g, share))
+    bright_b = brightening(single, mean, _toward_one(f0_b, share))
+    share = dielectric_share(tables, roughness, cosine, eta)
+    albedo_r, albedo_g, albedo_b = _toward_one(f0_r, share), _toward_one(f0_g, share), _toward_one(f0_b, share)
+    set_color(lobes, at + F0, f0_r, f0_g, f0_b)
+    set_color(lobes, at + F90, ONE, ONE, ONE)
+    lobes[at + EXPONENT] = -eta
+    set_facets(lobes, at, roughness, eta, SCHLICK)
+    seen = single * (albedo_r + albedo_g + albedo_b) / THREE
+    at = append_lobe(lobes, at, GGX_REFLECTION, r * bright_r, g * bright_g, b * bright_b, seen, nx, ny, nz)
+    return at, clamp(ONE - single * max(bright_r * albedo_r, bright_g * albedo_g, bright_b * albedo_b))
+
+
+@device
+def _toward_one(f0: float, share: float) -> float:
+    return f0 + share * (ONE - f0)
