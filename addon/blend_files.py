@@ -74,6 +74,7 @@ def open_scene(blend: Path, options: argparse.Namespace):
 def _prepare(scene, options: argparse.Namespace) -> None:
     """Set what all commands have options for."""
     from .engine import ENGINE_ID
+    from .settings import LIGHT_PATHS
 
     scene.render.engine = ENGINE_ID
     scene.render.use_sequencer = False
@@ -86,7 +87,7 @@ def _prepare(scene, options: argparse.Namespace) -> None:
     if options.threads is not None:
         scene.render.threads_mode = "FIXED" if options.threads else "AUTO"
         scene.render.threads = options.threads or scene.render.threads
-    for name in ("seed", "max_bounces"):
+    for name in ("seed", *LIGHT_PATHS):
         if getattr(options, name) is not None:
             setattr(scene.rooks, name, getattr(options, name))
 

@@ -7,6 +7,7 @@ it says what is wrong, and its exit statuses: see `core.command_line`.
 from __future__ import annotations
 
 import argparse
+import math
 import signal
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,6 +19,13 @@ kinds = core.command_line  # of arguments
 
 #: Blender's own limit.
 MAX_FRAME = 1048574
+BOUNCES = {
+    "max": "how often light is reflected or let through in all; 0 is direct light only",
+    "diffuse": "how often it is reflected diffusely",
+    "glossy": "how often it is reflected by glossy surfaces",
+    "transmission": "how often it goes through glass and the like",
+    "transparent": "how many transparent surfaces it passes straight on",
+}
 DOMAINS = {"pixel": "the area of a pixel", "lens": "the lens", "light": "the lights", "bsdf": "the surfaces"}
 
 
@@ -145,14 +153,27 @@ def _add_scene_options(parser: argparse.ArgumentParser, seed: str, size: str) ->
         "--frame", type=kinds.integer(-MAX_FRAME, MAX_FRAME), metavar="N", help="the frame of the animation"
     )
     parser.add_argument("--seed", type=kinds.integer(0, 2**31 - 1), metavar="N", help=seed)
+    for name, text in BOUNCES.items():
+        parser.add_argument(f"--{name}-bounces", type=kinds.integer(0, core.limits.MAX_BOUNCES), metavar="N", help=text)
     parser.add_argument(
-        "--max-bounces",
-        type=kinds.integer(0, core.limits.MAX_BOUNCES),
-        metavar="N",
-        help="how often light is reflected between surfaces; 0 is direct light only",
+        "--clamp-indirect",
+        type=_limit,
+        metavar="X",
+        help="cut off what one sample of bounced light adds above this, which darkens the picture; 0 is off",
     )
     parser.add_argument("--resolution", type=kinds.resolution, metavar="WxH", help=size)
     parser.add_argument("--threads", type=kinds.integer(0, 1024), metavar="N", help="threads; 0 is one per core")
+
+
+def _limit(text: str) -> float:
+    """An argument that is a finite number of at least 0."""
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"must be 0 or more, not {text}")
+    return value
 
 
 # Blender takes a second to load: only for a command that is right so far.

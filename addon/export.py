@@ -7,16 +7,17 @@ copied at once.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
 
 from ._core import core
 from .camera import export_camera
-from .lights import export_light
+from .images import Images
+from .lights import export_light, surface_visibility
 from .materials import ExportedMaterial, MaterialExporter
-from .meshes import export_mesh, read_uvs
+from .meshes import Needs, add_needed, export_mesh, warnings_of
 from .world import export_world
 
 #: Kinds of object that Blender renders and that are not turned into meshes.
@@ -40,8 +41,9 @@ def export_scene(
         SceneError: something cannot be rendered; the text names it.
     """
     camera = export_camera(depsgraph, resolution or frame_resolution(depsgraph.scene_eval.render))
-    world, warnings = export_world(depsgraph)
-    walk = _Walk(depsgraph)
+    images = Images()
+    world, warnings = export_world(depsgraph, images)
+    walk = _Walk(depsgraph, images)
     walk.run()
     scene = core.scene.Scene(camera, walk.instances(), tuple(walk.lights), world)
     return scene, list(dict.fromkeys([*warnings, *walk.warnings, *walk.materials.warnings]))
@@ -66,16 +68,16 @@ class _Kind:
 class _Walk:
     """One pass over a depsgraph's instances."""
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph) -> None:
+    def __init__(self, depsgraph: bpy.types.Depsgraph, images: Images) -> None:
         self.lights: list[core.scene.Light] = []
         self.warnings: list[str] = []
-        self.materials = MaterialExporter()
+        self.materials = MaterialExporter(images)
         self._depsgraph = depsgraph
         self._meshes: dict[int, core.scene.Mesh | None] = {}
-        self._uv_maps: dict[int, str] = {}
+        self._needs: dict[int, Needs] = {}
         self._kinds: dict[tuple[int, int], _Kind | None] = {}
         self._parents: dict[int, int] = {}
-        # One entry for each appearance of a mesh. Instances are made in the end, when all UVs are known.
+        # One entry for each appearance of a mesh. Instances are made in the end, when meshes are whole.
         self._placed: list[tuple[_Kind, int]] = []
         self._matrices: list[float] = []
 
@@ -141,7 +143,7 @@ class _Walk:
         if obj.is_holdout or obj.is_shadow_catcher:
             self.warnings.append(f'object "{obj.name}": Rooks renders holdouts and shadow catchers as usual surfaces')
         slots = self._slots(obj, obj.data, source)
-        self._add_uvs(mesh_key, mesh, slots)
+        self._add_needed(mesh_key, mesh, slots)
         return _Kind(mesh_key, tuple(slot.material for slot in slots), visibility, obj.name)
 
     def _slots(
@@ -161,16 +163,17 @@ class _Walk:
         missing = 0 if used is None else int(used.max()) + 1 - len(exported)
         return tuple(exported + [exported[-1]] * missing)
 
-    def _add_uvs(self, mesh_key: int, mesh: bpy.types.Mesh, slots: tuple[ExportedMaterial, ...]) -> None:
-        wanted = next((slot.uv_map for slot in slots if slot.uv_map is not None), None)
-        if wanted is None:
-            return
-        if mesh_key not in self._uv_maps:
-            self._uv_maps[mesh_key] = wanted
-            self._meshes[mesh_key] = replace(self._meshes[mesh_key], uvs=read_uvs(mesh, wanted))
+    def _add_needed(self, mesh_key: int, mesh: bpy.types.Mesh, slots: tuple[ExportedMaterial, ...]) -> None:
+        """Read what these materials look up on a mesh, of which others may have asked for less."""
+        before = self._needs.get(mesh_key, Needs())
+        needs = before
         for slot in slots:
-            if slot.uv_map is not None and slot.uv_map != self._uv_maps[mesh_key]:
-                self.warnings.append(f'mesh "{mesh.name}": its materials ask for several UV maps, and get the first')
+            needs |= slot.needs
+        if needs == before:
+            return
+        self._needs[mesh_key] = needs
+        self._meshes[mesh_key] = add_needed(self._meshes[mesh_key], mesh, needs)
+        self.warnings += warnings_of(mesh, needs)
 
     def _parent_visibility(self, parent: bpy.types.Object | None) -> int:
         """What an instancer's own visibility leaves of that of its instances."""
@@ -191,7 +194,7 @@ class _Walk:
 def _ray_visibility(obj: bpy.types.Object) -> int:
     return (
         (core.scene.VISIBLE_TO_CAMERA if obj.visible_camera else 0)
-        | (core.scene.VISIBLE_TO_SURFACES if obj.visible_diffuse else 0)
+        | surface_visibility(obj)
         | (core.scene.VISIBLE_TO_SHADOWS if obj.visible_shadow else 0)
     )
 

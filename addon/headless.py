@@ -103,12 +103,14 @@ def _metadata(scene, film: core.Film, settings: core.settings.RenderSettings) ->
     """What an EXR says of itself: how it was sampled, from what, and how long it took."""
     import bpy
 
+    from .settings import LIGHT_PATHS
+
     return {
         **{f"{domain}_sampler": name for domain, name in settings.samplers.items()},
         "samples_requested": settings.samples,
         "samples": film.samples,
         "seed": settings.seed,
-        "max_bounces": settings.max_bounces,
+        **{name: getattr(settings, name) for name in LIGHT_PATHS},
         "pixel_filter": settings.pixel_filter,
         "seconds": film.seconds,
         "million_samples_per_second": film.samples_per_second / 1e6,

@@ -1,6 +1,12 @@
-"""Blender's images as arrays of colour."""
+"""Blender's images as arrays of colour and of opacity.
+
+Cycles multiplies colours by their opacity when it loads an image, as the file has them encoded, and divides again where
+a node's Alpha is used beside its Color. Data, and images whose alpha mode is None or Channel Packed, stay as they are.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import bpy
 import numpy as np
@@ -12,42 +18,80 @@ MISSING = np.array([[[1.0, 0.0, 1.0]]], dtype=np.float32)
 UNCHANGED_SPACES = {"Non-Color", "Linear Rec.709", "Linear", "Raw", "Generic Data", "Utilities - Raw", ""}
 
 
-def read_image(image: bpy.types.Image | None) -> tuple[np.ndarray, str | None]:
-    """(height, width, 3), bottom row first, and what is wrong with the image, if anything.
+class Images:
+    """Reads what is asked for of each image once, however many textures use it. None is no image."""
 
-    The pixels are uint8 in sRGB, as in the file, or float32 in linear Rec.709. A missing image is one magenta pixel, as
-    in Blender. Of a tiled image (UDIM) the first tile is read.
-    """
+    def __init__(self) -> None:
+        self._read: dict[tuple[str, int], np.ndarray | None] = {}
+
+    def colors(self, image: bpy.types.Image | None, straight: bool = False) -> np.ndarray:
+        """(height, width, 3), bottom row first: uint8 in sRGB, as in the file, or float32 in linear Rec.709.
+
+        The colours are multiplied by their opacity, or `straight`, as they are where it is used beside them. A missing
+        image is one magenta pixel. Of a tiled image (UDIM) the first tile is read.
+        """
+        if is_missing(image):
+            return MISSING
+        return self._once("straight" if straight else "associated", image, lambda: _colors(image, straight))
+
+    def opacity(self, image: bpy.types.Image | None) -> np.ndarray | None:
+        """(height, width, 3) float32: the alpha channel, thrice. None where there is none, or it is not to be used."""
+        if is_missing(image) or image.channels < 4 or image.alpha_mode == "NONE":
+            return None
+        return self._once("opacity", image, lambda: _opacity(image))
+
+    def _once(self, what: str, image: bpy.types.Image, read: Callable[[], np.ndarray | None]) -> np.ndarray | None:
+        key = (what, image.as_pointer())
+        if key not in self._read:
+            self._read[key] = read()
+        return self._read[key]
+
+
+def is_missing(image: bpy.types.Image | None) -> bool:
     if image is None:
-        return MISSING, "no image is chosen"
-    width, height = image.size
-    channels = image.channels
-    if not width * height * channels or len(image.pixels) != width * height * channels:
-        return MISSING, f'image "{image.name}" cannot be loaded'
-    raw = np.empty(width * height * channels, dtype=np.float32)
-    image.pixels.foreach_get(raw)
-    raw = raw.reshape(height, width, channels)
-    pixels = raw[:, :, :3] if channels >= 3 else np.repeat(raw[:, :, :1], 3, axis=2)
+        return True
+    count = image.size[0] * image.size[1] * image.channels
+    return count == 0 or len(image.pixels) != count
 
-    problem = f'only the first tile of image "{image.name}" is used' if image.source == "TILED" else None
+
+def problem_of(image: bpy.types.Image | None) -> str | None:
+    """What is wrong with an image, if anything."""
+    if image is None:
+        return "no image is chosen"
+    if is_missing(image):
+        return f'image "{image.name}" cannot be loaded'
     space = image.colorspace_settings.name
+    if not image.is_float and space != "sRGB" and space not in UNCHANGED_SPACES:
+        return f'image "{image.name}" has the colour space {space}, and is read as sRGB'
+    if image.source == "TILED" and len(image.tiles) > 1:
+        return f'only the first tile of image "{image.name}" is used'
+    return None
+
+
+def _colors(image: bpy.types.Image, straight: bool) -> np.ndarray:
+    raw = _pixels(image)
+    colors = raw[:, :, :3] if image.channels >= 3 else np.repeat(raw[:, :, :1], 3, axis=2)
+    if image.channels == 4 and image.alpha_mode in ("STRAIGHT", "PREMUL") and not image.colorspace_settings.is_data:
+        alpha = raw[:, :, 3:]
+        # Blender itself multiplies the colours of float images when it loads them, and never those of bytes.
+        if straight and image.is_float:
+            colors = np.divide(colors, alpha, out=colors.copy(), where=alpha > 0.0)
+        elif not straight and not image.is_float:
+            colors = np.floor(colors * 255.0 * alpha + 1e-3) / 255.0  # Cycles does it in whole numbers, rounded down
     # Blender makes float images linear when it loads them, and keeps bytes as they are in the file.
-    if image.is_float or space in UNCHANGED_SPACES:
-        return np.ascontiguousarray(pixels), problem
-    if space != "sRGB":
-        problem = f'image "{image.name}" has the colour space {space}, and is read as sRGB'
-    return np.rint(pixels * 255.0).astype(np.uint8), problem
+    if image.is_float or image.colorspace_settings.name in UNCHANGED_SPACES:
+        return np.ascontiguousarray(colors)
+    return np.rint(colors * 255.0).astype(np.uint8)
 
 
-def mean_of_panorama(pixels: np.ndarray) -> tuple[float, float, float]:
-    """The mean over all directions of an equirectangular picture: a row counts by the cosine of its latitude."""
-    linear = srgb_to_linear(pixels / 255.0) if pixels.dtype == np.uint8 else pixels
-    height = linear.shape[0]
-    weights = np.cos(((np.arange(height) + 0.5) / height - 0.5) * np.pi)
-    mean = np.average(linear.mean(axis=1, dtype=np.float64), axis=0, weights=weights)
-    return float(mean[0]), float(mean[1]), float(mean[2])
+def _opacity(image: bpy.types.Image) -> np.ndarray | None:
+    alpha = _pixels(image)[:, :, 3:]
+    return None if (alpha == 1.0).all() else np.repeat(alpha, 3, axis=2)
 
 
-def srgb_to_linear(encoded: np.ndarray) -> np.ndarray:
-    """The transfer function of IEC 61966-2-1."""
-    return np.where(encoded < 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+def _pixels(image: bpy.types.Image) -> np.ndarray:
+    """(height, width, channels) float32, as Blender keeps them."""
+    width, height = image.size
+    raw = np.empty(width * height * image.channels, dtype=np.float32)
+    image.pixels.foreach_get(raw)
+    return raw.reshape(height, width, image.channels)

@@ -25,7 +25,7 @@ def export_light(lamp: bpy.types.Object, matrix: np.ndarray) -> tuple[core.scene
         SceneError: the lamp is nowhere.
     """
     light = lamp.data
-    if not lamp.visible_diffuse:
+    if not surface_visibility(lamp):
         return None, []
     if not np.isfinite(matrix).all():
         raise core.errors.SceneError(f'light "{lamp.name}" is nowhere (its position is NaN or infinite): move it')
@@ -37,7 +37,18 @@ def export_light(lamp: bpy.types.Object, matrix: np.ndarray) -> tuple[core.scene
         return None, warnings
     if light.type == "AREA":
         warnings += _area_warnings(lamp)
+    if lamp.visible_camera:
+        warnings.append(f'light "{lamp.name}": Rooks does not show lamps to the camera')
     return _EXPORTERS[light.type](lamp, matrix, color), warnings
+
+
+def surface_visibility(obj: bpy.types.Object) -> int:
+    """The bits of the rays from surfaces that can see an object or a lamp."""
+    return (
+        (core.scene.VISIBLE_TO_DIFFUSE if obj.visible_diffuse else 0)
+        | (core.scene.VISIBLE_TO_GLOSSY if obj.visible_glossy else 0)
+        | (core.scene.VISIBLE_TO_TRANSMISSION if obj.visible_transmission else 0)
+    )
 
 
 def _point(lamp: bpy.types.Object, matrix: np.ndarray, color: Color) -> core.scene.PointLight:
@@ -64,6 +75,7 @@ def _sphere_fields(lamp: bpy.types.Object, matrix: np.ndarray, color: Color) -> 
         "soft_falloff": light.use_soft_falloff,
         "cast_shadow": light.use_shadow,
         "name": lamp.name,
+        "visibility": surface_visibility(lamp),
     }
 
 
@@ -83,6 +95,7 @@ def _area(lamp: bpy.types.Object, matrix: np.ndarray, color: Color) -> core.scen
         shape=shape,
         cast_shadow=light.use_shadow,
         name=lamp.name,
+        visibility=surface_visibility(lamp),
     )
 
 
@@ -99,6 +112,7 @@ def _sun(lamp: bpy.types.Object, matrix: np.ndarray, color: Color) -> core.scene
         angle=light.angle,
         cast_shadow=light.use_shadow,
         name=lamp.name,
+        visibility=surface_visibility(lamp),
     )
 
 

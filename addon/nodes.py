@@ -1,7 +1,8 @@
 """Finding one's way in a shader node tree: through links, reroutes, muted nodes and groups, to what feeds a socket.
 
 A socket is fed by another node's output or by its own value. `trace` returns either as a `Source`. Group nodes are
-entered and left on the way, which is why a source remembers the groups that it lies in.
+entered and left on the way, which is why a source remembers the groups that it lies in. Sockets are found by their
+identifiers: their names change from version to version.
 """
 
 from __future__ import annotations
@@ -15,48 +16,58 @@ Color = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Source:
-    """What feeds a socket: output `output` of `node`, or, where `node` is None, the unlinked input `socket`.
+    """What feeds a socket: output `output` of `node`, or, where `node` is None, the unlinked input `socket`'s value.
 
-    `socket` is None where a muted node swallows the signal. `groups` are the group nodes around, outermost first.
+    `groups` are the group nodes around it, outermost first. `types` are the types of all sockets that the value passes,
+    from its own to that of the socket that is fed: Blender converts at each.
     """
 
     node: bpy.types.Node | None
     output: bpy.types.NodeSocket | None
-    socket: bpy.types.NodeSocket | None
+    socket: bpy.types.NodeSocket
     groups: tuple[bpy.types.Node, ...]
+    types: tuple[str, ...]
 
     @property
     def is_constant(self) -> bool:
         return self.node is None
 
-    def input(self, name: str) -> Source | None:
-        """What feeds the input `name` of this source's node, or None where it has no such input in use."""
-        socket = find_input(self.node, name)
+    @property
+    def is_unlinked(self) -> bool:
+        """Whether nothing is linked to the socket that is fed, not even a group's input that has a value."""
+        return self.node is None and len(self.types) == 1
+
+    def input(self, identifier: str) -> Source | None:
+        """What feeds the input `identifier` of this source's node, or None where it has no such input."""
+        socket = find_input(self.node, identifier)
         return None if socket is None else trace(socket, self.groups)
 
 
-def find_input(node: bpy.types.Node, name: str) -> bpy.types.NodeSocket | None:
-    return next((socket for socket in node.inputs if socket.name == name and socket.enabled), None)
+def find_input(node: bpy.types.Node, identifier: str) -> bpy.types.NodeSocket | None:
+    return _by_identifier(node.inputs, identifier)
 
 
 def trace(socket: bpy.types.NodeSocket, groups: tuple[bpy.types.Node, ...] = ()) -> Source:
     """Follow the link into an input socket to the node that really makes the value."""
+    types = (socket.type,)
     while (link := _active_link(socket)) is not None:
         node, output = link.from_node, link.from_socket
+        inner = groups
         if node.type == "REROUTE":
             following = node.inputs[0]
         elif node.mute:
             following = _behind_muted(node, output)
         elif node.type == "GROUP" and node.node_tree is not None:
-            following, groups = _group_result(node, output), (*groups, node)
+            following, inner = _group_result(node, output), (*groups, node)
         elif node.type == "GROUP_INPUT" and groups:
-            following, groups = _by_identifier(groups[-1].inputs, output.identifier), groups[:-1]
+            following, inner = _by_identifier(groups[-1].inputs, output.identifier), groups[:-1]
         else:
-            return Source(node, output, socket, groups)
+            return Source(node, output, socket, groups, (output.type, *types))
         if following is None:
-            return Source(None, None, None, groups)
-        socket = following
-    return Source(None, None, socket, groups)
+            break  # a muted node lets nothing through: as if there were no link
+        types = (following.type, output.type, *types)
+        socket, groups = following, inner
+    return Source(None, None, socket, groups, types)
 
 
 def surface_of(tree: bpy.types.NodeTree) -> Source | None:
@@ -70,13 +81,13 @@ def surface_of(tree: bpy.types.NodeTree) -> Source | None:
 
 def constant_color(source: Source) -> Color | None:
     """The value of an unlinked colour (or number), or of an RGB or Value node; None for anything else."""
-    socket = source.output if source.node is not None and source.node.type in ("RGB", "VALUE") else source.socket
-    if source.node is not None and socket is source.socket:
+    if source.is_constant:
+        value = socket_value(source.socket)
+    elif source.node.type in ("RGB", "VALUE"):
+        value = socket_value(source.output)
+    else:
         return None
-    if socket is None:
-        return (0.0, 0.0, 0.0)
-    value = socket.default_value
-    return (value, value, value) if isinstance(value, float | int) else (value[0], value[1], value[2])
+    return value if isinstance(value, tuple) else (value, value, value)
 
 
 def constant_number(source: Source) -> float | None:
@@ -85,13 +96,26 @@ def constant_number(source: Source) -> float | None:
     return None if color is None else sum(color) / 3.0
 
 
+def socket_value(socket: bpy.types.NodeSocket) -> float | Color:
+    """What an unlinked socket holds: a number, or the first three components of a colour or a vector."""
+    value = getattr(socket, "default_value", 0.0)
+    if isinstance(value, (bool, int, float)):
+        return float(value)
+    if isinstance(value, str):  # a menu or a text
+        return 0.0
+    components = (*value, 0.0, 0.0)
+    return float(components[0]), float(components[1]), float(components[2])
+
+
 def label(node: bpy.types.Node) -> str:
     """A node's name as the node editor shows it, for warnings."""
     return node.label or node.name
 
 
 def _active_link(socket: bpy.types.NodeSocket) -> bpy.types.NodeLink | None:
-    return next((link for link in socket.links if link.is_valid and not link.is_muted), None)
+    """The link into a socket; none to or from sockets that a node's settings have put out of use."""
+    links = (link for link in socket.links if link.is_valid and not link.is_muted)
+    return next((link for link in links if link.from_socket.enabled and link.to_socket.enabled), None)
 
 
 def _behind_muted(node: bpy.types.Node, output: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:

@@ -1,4 +1,4 @@
-"""The user's settings: `scene.rooks`, and `view_layer.rooks` for the passes.
+"""The user's settings: `scene.rooks`, `view_layer.rooks` for the passes, `material.rooks` for materials.
 
 Lens, film, threads and resolution are Blender's own settings and stay where Blender keeps them.
 """
@@ -6,7 +6,7 @@ Lens, film, threads and resolution are Blender's own settings and stay where Ble
 from __future__ import annotations
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from . import comparing, versions
 from ._core import core
@@ -29,6 +29,17 @@ SAMPLER_FLAGS = tuple((*texts, 1 << number) for *texts, number in SAMPLER_ITEMS)
 def _sampler(label: str, description: str) -> EnumProperty:
     return EnumProperty(
         name=label, description=description, items=SAMPLER_ITEMS, default="MULTI_JITTERED", update=_tag_update
+    )
+
+
+def _bounces(label: str, description: str, default: int) -> IntProperty:
+    return IntProperty(
+        name=label,
+        description=description,
+        min=0,
+        max=core.limits.MAX_BOUNCES,
+        default=default,
+        update=_tag_update,
     )
 
 
@@ -105,12 +116,30 @@ class RooksSceneSettings(bpy.types.PropertyGroup):
         default=0,
         update=_tag_update,
     )
-    max_bounces: IntProperty(
-        name="Max Bounces",
-        description="How often light may be reflected from surface to surface. 0 is direct light only",
-        min=0,
-        max=core.limits.MAX_BOUNCES,
-        default=0,
+    max_bounces: _bounces(
+        "Max Bounces", "How often light may be reflected or let through on its way, in all. 0 is direct light only", 0
+    )
+    diffuse_bounces: _bounces(
+        "Diffuse Bounces", "How often light may be reflected diffusely, within the total of Max Bounces", 4
+    )
+    glossy_bounces: _bounces(
+        "Glossy Bounces", "How often light may be reflected by glossy surfaces, within the total of Max Bounces", 4
+    )
+    transmission_bounces: _bounces(
+        "Transmission Bounces", "How often light may go through glass and the like, within the total of Max Bounces", 12
+    )
+    transparent_bounces: _bounces(
+        "Transparent Bounces",
+        "How many transparent surfaces light may pass straight on. They do not count for Max Bounces",
+        8,
+    )
+    clamp_indirect: FloatProperty(
+        name="Clamp Indirect",
+        description="The most that a single sample of bounced light may add; what is above it is cut off. Fewer "
+        "fireflies, but a bias: the picture gets darker than it should be, whatever the number of samples. 0 is off",
+        min=0.0,
+        soft_max=100.0,
+        default=0.0,
         update=_tag_update,
     )
     pixel_filter: EnumProperty(
@@ -137,6 +166,27 @@ class RooksViewLayerSettings(bpy.types.PropertyGroup):
     )
 
 
+class RooksMaterialSettings(bpy.types.PropertyGroup):
+    """What a material is beside its nodes: `material.rooks`."""
+
+    glossy_lobe: EnumProperty(
+        name="Glossy Lobe",
+        description="How the material's Glossy BSDF nodes scatter light",
+        items=(
+            ("MICROFACET", "Microfacet", "By the distribution that each node chooses, as in Cycles", 0),
+            (
+                "COSINE_POWER",
+                "Cosine Power",
+                "Replaces the lobe of the material's Glossy BSDF nodes by the textbook's (Suffern, Ray Tracing from "
+                "the Ground Up, ch. 25): a power of the cosine about the mirror direction",
+                1,
+            ),
+        ),
+        default="MICROFACET",
+        update=_tag_update,
+    )
+
+
 def _update_passes(settings: RooksViewLayerSettings) -> None:
     scene = settings.id_data
     view_layer = next((layer for layer in scene.view_layers if layer.rooks == settings), None)
@@ -145,7 +195,7 @@ def _update_passes(settings: RooksViewLayerSettings) -> None:
     scene.update_tag()
 
 
-CLASSES = (RooksComparisonSettings, RooksSceneSettings, RooksViewLayerSettings)
+CLASSES = (RooksComparisonSettings, RooksSceneSettings, RooksViewLayerSettings, RooksMaterialSettings)
 
 
 def register() -> None:
@@ -153,9 +203,11 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.rooks = PointerProperty(type=RooksSceneSettings, name="Rooks")
     bpy.types.ViewLayer.rooks = PointerProperty(type=RooksViewLayerSettings, name="Rooks")
+    bpy.types.Material.rooks = PointerProperty(type=RooksMaterialSettings, name="Rooks")
 
 
 def unregister() -> None:
+    del bpy.types.Material.rooks
     del bpy.types.ViewLayer.rooks
     del bpy.types.Scene.rooks
     for cls in reversed(CLASSES):

@@ -8,6 +8,10 @@ from ._core import core
 
 Border = tuple[int, int, int, int]
 
+#: Settings of light paths, which have one name everywhere: in Blender, on the command line and in the renderer.
+BOUNCES = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_bounces")
+LIGHT_PATHS = (*BOUNCES, "clamp_indirect")
+
 
 def render_settings(scene: bpy.types.Scene, resolution: tuple[int, int]) -> core.settings.RenderSettings:
     """The settings of a final render of `resolution` pixels.
@@ -20,7 +24,7 @@ def render_settings(scene: bpy.types.Scene, resolution: tuple[int, int]) -> core
         samples=rooks.samples,
         **sampling(rooks),
         seed=rooks.seed,
-        max_bounces=rooks.max_bounces,
+        **{name: getattr(rooks, name) for name in LIGHT_PATHS},
         pixel_filter=rooks.pixel_filter.lower(),
         filter_width=scene.render.filter_size,
         film_transparent=scene.render.film_transparent,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from . import compare_operators, pattern_plot
+from . import compare_operators, pattern_plot, versions
 from ._core import core
 from .engine import ENGINE_ID, sample_text
 from .settings import sampling
@@ -13,6 +13,8 @@ from .settings import sampling
 PLOT_SCALE = 9.0
 #: What the user knows the domains as.
 DOMAIN_LABELS = {"pixel": "pixel", "lens": "lens", "light": "light", "bsdf": "surface"}
+#: Kinds of object that rays can see.
+VISIBLE_TYPES = {"MESH", "CURVE", "SURFACE", "META", "FONT", "LIGHT"}
 #: What the four marks of a good point set are called, in the order of `Criteria`.
 MARKS = ("Even in 2-D", "Even in 1-D", "Min Distance", "Irregular")
 
@@ -41,8 +43,6 @@ BORROWED_PANELS = (
     "DATA_PT_camera_dof",
     "DATA_PT_camera_dof_aperture",
     "EEVEE_MATERIAL_PT_context_material",
-    "EEVEE_MATERIAL_PT_surface",
-    "EEVEE_WORLD_PT_surface",
     "MATERIAL_PT_preview",
     "VIEWLAYER_PT_layer_passes",
 )
@@ -79,7 +79,6 @@ class ROOKS_RENDER_PT_sampling(_RooksPanel, bpy.types.Panel):
         for line in sample_count_lines(rooks) or [sample_text(_sampling_settings(rooks))]:
             column.label(text=line, icon="INFO")
         column.separator()
-        column.prop(rooks, "max_bounces")
         column.prop(rooks, "seed")
 
 
@@ -140,6 +139,39 @@ class ROOKS_RENDER_PT_compare(_RooksPanel, bpy.types.Panel):
         row.operator("rooks.cancel_comparison", text="", icon="X")
 
 
+class ROOKS_RENDER_PT_light_paths(_RooksPanel, bpy.types.Panel):
+    bl_label = "Light Paths"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        pass
+
+
+class ROOKS_RENDER_PT_bounces(_RooksPanel, bpy.types.Panel):
+    bl_label = "Max Bounces"
+    bl_parent_id = "ROOKS_RENDER_PT_light_paths"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        rooks = context.scene.rooks
+        column = self.column()
+        column.prop(rooks, "max_bounces", text="Total")
+        kinds = column.column(align=True)
+        kinds.active = rooks.max_bounces > 0
+        for kind in ("Diffuse", "Glossy", "Transmission"):
+            kinds.prop(rooks, f"{kind.lower()}_bounces", text=kind)
+        column.prop(rooks, "transparent_bounces", text="Transparent")
+
+
+class ROOKS_RENDER_PT_clamping(_RooksPanel, bpy.types.Panel):
+    bl_label = "Clamping"
+    bl_parent_id = "ROOKS_RENDER_PT_light_paths"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        rooks = context.scene.rooks
+        column = self.column()
+        column.active = rooks.max_bounces > 0
+        column.prop(rooks, "clamp_indirect", text="Indirect Light")
+
+
 class ROOKS_RENDER_PT_film(_RooksPanel, bpy.types.Panel):
     bl_label = "Film"
     bl_options = {"DEFAULT_CLOSED"}
@@ -179,14 +211,81 @@ class ROOKS_VIEWLAYER_PT_passes(_RooksPanel, bpy.types.Panel):
         column.prop(view_layer.rooks, "use_pass_sampling_error")
 
 
+class ROOKS_OBJECT_PT_ray_visibility(_RooksPanel, bpy.types.Panel):
+    bl_label = "Ray Visibility"
+    bl_context = "object"
+    bl_parent_id = "OBJECT_PT_visibility"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.object is not None and context.object.type in VISIBLE_TYPES
+
+    def draw(self, context: bpy.types.Context) -> None:
+        rays = ["diffuse", "glossy", "transmission"]
+        if context.object.type != "LIGHT":
+            rays = ["camera", *rays, "shadow"]
+        column = self.column()
+        for ray in rays:
+            column.prop(context.object, f"visible_{ray}", text=ray.title())
+
+
+class ROOKS_MATERIAL_PT_surface(_RooksPanel, bpy.types.Panel):
+    bl_label = "Surface"
+    bl_context = "material"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and _has_surface(context.material)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_nodes(self.column(), context.material, "diffuse_color")
+
+
+class ROOKS_MATERIAL_PT_settings(_RooksPanel, bpy.types.Panel):
+    bl_label = "Settings"
+    bl_context = "material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and _has_surface(context.material)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        material = context.material
+        column = self.column()
+        column.prop(material.rooks, "glossy_lobe")
+        # A setting of Cycles', which Rooks shares, and which is not there where Cycles is disabled.
+        if hasattr(material, "cycles"):
+            column.prop(material.cycles, "emission_sampling")
+
+
+class ROOKS_WORLD_PT_surface(_RooksPanel, bpy.types.Panel):
+    bl_label = "Surface"
+    bl_context = "world"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.world is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_nodes(self.column(), context.world, "color")
+
+
 CLASSES = (
     ROOKS_RENDER_PT_sampling,
     ROOKS_RENDER_PT_separate_samplers,
     ROOKS_RENDER_PT_pattern,
     ROOKS_RENDER_PT_compare,
+    ROOKS_RENDER_PT_light_paths,
+    ROOKS_RENDER_PT_bounces,
+    ROOKS_RENDER_PT_clamping,
     ROOKS_RENDER_PT_film,
     ROOKS_RENDER_PT_performance,
     ROOKS_VIEWLAYER_PT_passes,
+    ROOKS_OBJECT_PT_ray_visibility,
+    ROOKS_MATERIAL_PT_surface,
+    ROOKS_MATERIAL_PT_settings,
+    ROOKS_WORLD_PT_surface,
 )
 
 
@@ -210,6 +309,24 @@ def point_text(count: int, shown: int) -> str:
     """How many points a set has, and how many are in its plot where that is another set."""
     text = f"{count} point{'s' * (count != 1)}"
     return text if shown == count else f"{text}; shown: a set of {shown}"
+
+
+def _has_surface(material: bpy.types.Material | None) -> bool:
+    return material is not None and material.grease_pencil is None
+
+
+def _draw_nodes(layout: bpy.types.UILayout, id_block: bpy.types.Material | bpy.types.World, color: str) -> None:
+    """The nodes of a final render's Surface, or the property `color` that stands in for nodes."""
+    if versions.nodes_are_a_choice(id_block):
+        layout.prop(id_block, "use_nodes", icon="NODETREE")
+    if not versions.uses_nodes(id_block):
+        layout.prop(id_block, color, text="Color")
+        return
+    output = id_block.node_tree.get_output_node("CYCLES")
+    if output is None:
+        layout.label(text="No output node")
+    else:
+        layout.template_node_view(id_block.node_tree, output, output.inputs["Surface"])
 
 
 def _draw_centered(layout: bpy.types.UILayout, text: str) -> None:

@@ -5,13 +5,17 @@ from __future__ import annotations
 import bpy
 
 
-def uses_nodes(id_block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bool:
-    """Whether shader nodes describe a material, a world or a lamp.
+def nodes_are_a_choice(id_block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bool:
+    """Whether a material, a world or a lamp can do without shader nodes.
 
     From 5.0 materials and worlds always have nodes, from 5.2 lamps too, and asking them is deprecated.
     """
-    always = bpy.app.version >= ((5, 2) if isinstance(id_block, bpy.types.Light) else (5, 0))
-    return id_block.node_tree is not None and (always or id_block.use_nodes)
+    return bpy.app.version < ((5, 2) if isinstance(id_block, bpy.types.Light) else (5, 0))
+
+
+def uses_nodes(id_block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bool:
+    """Whether shader nodes describe a material, a world or a lamp."""
+    return id_block.node_tree is not None and (not nodes_are_a_choice(id_block) or id_block.use_nodes)
 
 
 def light_tint(light: bpy.types.Light) -> tuple[float, float, float]:
@@ -44,3 +48,8 @@ def world_of(depsgraph: bpy.types.Depsgraph) -> bpy.types.World | None:
     """The scene's world, or the one that a view layer puts in its place (a choice from 4.3 on)."""
     override = getattr(depsgraph.view_layer_eval, "world_override", None)
     return override or depsgraph.scene_eval.world
+
+
+def normal_map_points_down(node: bpy.types.Node) -> bool:
+    """Whether a Normal Map node's green grows downwards, DirectX's convention; a choice that 5.0 does not have yet."""
+    return getattr(node, "convention", "OPENGL") == "DIRECTX"
