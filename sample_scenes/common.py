@@ -1,7 +1,7 @@
 """What the sample scenes share: an empty scene, materials, lathes, lights, cameras, and how to save.
 
 Lengths are metres, light powers watts, colours linear Rec. 709, as everywhere in Blender. The materials are made only
-of the nodes that Rooks and Cycles render alike: Diffuse BSDF, Emission, Checker Texture, Image Texture, UV Map.
+of nodes that Rooks and Cycles render alike.
 """
 
 import sys
@@ -60,6 +60,20 @@ def use_rooks(scene, samples, sampler="MULTI_JITTERED"):
     scene.rooks.max_bounces = 0
 
 
+def use_bounces(scene, total, diffuse=0, glossy=0, transmission=0, transparent=0):
+    """Let light go from surface to surface in both engines, each kind as often as said here. Call after `use_rooks`.
+
+    Everything that Cycles leaves out or softens by default to keep noise down stays in: caustics are light too.
+    """
+    for engine in (scene.rooks, scene.cycles):
+        engine.max_bounces = total
+        engine.diffuse_bounces, engine.glossy_bounces, engine.transmission_bounces = diffuse, glossy, transmission
+    scene.rooks.transparent_bounces = scene.cycles.transparent_max_bounces = transparent
+    scene.rooks.clamp_indirect = 0
+    scene.cycles.caustics_reflective = scene.cycles.caustics_refractive = True
+    scene.cycles.blur_glossy = 0
+
+
 def save(scene):
     """Write the scene to NAME.blend beside its script, free of the paths of the machine that made it."""
     for screen in bpy.data.screens:
@@ -81,6 +95,31 @@ def world(scene, colour, strength=1.0):
     background = scene.world.node_tree.nodes["Background"]
     background.inputs["Color"].default_value = (*colour, 1)
     background.inputs["Strength"].default_value = strength
+
+
+def panorama(scene, pixels, turn=0.0, strength=1.0):
+    """An environment image: linear radiance (height, width, 3), as `panorama_directions` has it, turned about Z."""
+    image = packed_image("Panorama", pixels, linear=True)
+    scene.world = bpy.data.worlds.new("World")
+    scene.world.use_nodes = True
+    tree = scene.world.node_tree
+    background = tree.nodes["Background"]
+    background.inputs["Strength"].default_value = strength
+    looked_in = add_node(tree, "ShaderNodeTexCoord").outputs["Generated"]
+    turned = add_node(tree, "ShaderNodeMapping", {"Vector": looked_in, "Rotation": (0, 0, turn)}).outputs["Vector"]
+    texture = add_node(tree, "ShaderNodeTexEnvironment", {"Vector": turned}, image=image)
+    tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+    arrange(tree)
+
+
+def panorama_directions(width, height):
+    """The world direction in which Blender's equirectangular mapping sees each pixel: (height, width, 3), bottom up."""
+    azimuth = np.pi * (1 - 2 * (np.arange(width) + 0.5) / width)
+    elevation = np.pi * ((np.arange(height) + 0.5) / height - 0.5)
+    azimuth, elevation = np.meshgrid(azimuth, elevation)
+    return np.stack(
+        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1
+    )
 
 
 def link(scene, name, data, location=(0, 0, 0), rotation=(0, 0, 0)):
@@ -168,14 +207,21 @@ def checker(name, colour1, colour2, scale=1.0):
     return material
 
 
-def textured(name, pixels):
-    """A Lambertian surface with an image from the UV map: `pixels` are sRGB values in [0, 1], (height, width, 3)."""
+def packed_image(name, pixels, linear=False):
+    """A packed image from (height, width, 3): 8 bits of sRGB, or linear and of half precision, which packs well."""
+    if linear:
+        pixels = pixels.astype(np.float16)
     height, width, _ = pixels.shape
-    image = bpy.data.images.new(name, width, height)
+    image = bpy.data.images.new(name, width, height, float_buffer=linear)
     opaque = np.concatenate([pixels, np.ones((height, width, 1))], axis=2)
     image.pixels.foreach_set(opaque.astype(np.float32).ravel())
     image.pack()
+    return image
 
+
+def textured(name, pixels):
+    """A Lambertian surface with an image from the UV map: `pixels` are sRGB values in [0, 1], (height, width, 3)."""
+    image = packed_image(name, pixels)
     material, socket, tree = _material(name, "ShaderNodeBsdfDiffuse")
     texture = tree.nodes.new("ShaderNodeTexImage")
     texture.location, texture.image = (-280, 0), image
@@ -197,6 +243,96 @@ def lamp_for_show(object_):
     object_.visible_diffuse = False
     for material in object_.data.materials:
         material.cycles.emission_sampling = "NONE"
+
+
+# ----------------------------------------------------------------------------------------------------------- nodes
+
+
+def node_material(name, build):
+    """A material of several nodes: `build(tree)` adds them to an empty tree and returns the shader's output."""
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    add_node(tree, "ShaderNodeOutputMaterial", {"Surface": build(tree)})
+    arrange(tree)
+    return material
+
+
+def principled(name, inputs):
+    """A Principled BSDF whose inputs are constants; those that are not named keep Blender's defaults."""
+    material = node_material(name, lambda tree: add_node(tree, "ShaderNodeBsdfPrincipled", inputs).outputs[0])
+    material.diffuse_color = (*inputs["Base Color"], 1)
+    return material
+
+
+def glass(name, colour=(1, 1, 1), roughness=0.0, ior=1.5):
+    """A dielectric that reflects and refracts, each in the share that Fresnel gives it."""
+    inputs = {"Color": colour, "Roughness": roughness, "IOR": ior}
+    return node_material(name, lambda tree: add_node(tree, "ShaderNodeBsdfGlass", inputs).outputs[0])
+
+
+def add_node(tree, kind, inputs=(), **settings):
+    """A new node; `inputs` maps names or numbers of its sockets to values or to the outputs that feed them."""
+    node = tree.nodes.new(kind)
+    for setting, value in settings.items():
+        setattr(node, setting, value)
+    for key, value in dict(inputs).items():
+        socket = node.inputs[key]
+        if isinstance(value, bpy.types.NodeSocket):
+            tree.links.new(value, socket)
+        elif socket.type == "RGBA":
+            socket.default_value = (*value, 1)
+        else:
+            socket.default_value = value
+    return node
+
+
+def math(tree, operation, *operands):
+    """The output of a Math node."""
+    return add_node(tree, "ShaderNodeMath", dict(enumerate(operands)), operation=operation).outputs[0]
+
+
+def mix(tree, factor, a, b):
+    """The output of a Mix node between two colours."""
+    node = add_node(tree, "ShaderNodeMix", data_type="RGBA")
+    for identifier, value in (("Factor_Float", factor), ("A_Color", a), ("B_Color", b)):
+        socket = next(socket for socket in node.inputs if socket.identifier == identifier)
+        if isinstance(value, bpy.types.NodeSocket):
+            tree.links.new(value, socket)
+        else:
+            socket.default_value = (*value, 1) if socket.type == "RGBA" else value
+    return next(socket for socket in node.outputs if socket.identifier == "Result_Color")
+
+
+def color_ramp(tree, factor, stops):
+    """The colour output of a Color Ramp with (position, colour) stops."""
+    node = add_node(tree, "ShaderNodeValToRGB", {"Fac": factor})
+    elements = node.color_ramp.elements
+    while len(elements) < len(stops):
+        elements.new(1)
+    for element, (position, colour) in zip(elements, stops, strict=True):
+        element.position, element.color = position, (*colour, 1)
+    return node.outputs["Color"]
+
+
+def arrange(tree):
+    """Lay a node tree out from right to left: each node to the left of all that it feeds."""
+    columns = {}
+
+    def place(node, column):
+        columns[node] = max(column, columns.get(node, 0))
+        for socket in node.inputs:
+            for link_ in socket.links:
+                place(link_.from_node, column + 1)
+
+    for node in tree.nodes:
+        if not any(socket.is_linked for socket in node.outputs):
+            place(node, 0)
+    for column in set(columns.values()):
+        members = [node for node in tree.nodes if columns[node] == column]
+        for row, node in enumerate(members):
+            node.location = -240 * column, -340 * row
 
 
 # ---------------------------------------------------------------------------------------------------------- meshes
@@ -264,6 +400,12 @@ def lathe(scene, name, profile, material, location=(0, 0, 0), steps=96):
     screw.use_smooth_shade = True
     screw.use_normal_calculate = True
     return object_
+
+
+def sphere(scene, name, radius, material, centre, steps=128):
+    """A sphere, as a lathe of half a circle."""
+    arc = np.linspace(0, np.pi, steps // 2 + 1)
+    return lathe(scene, name, radius * np.stack([np.sin(arc), -np.cos(arc)], axis=1), material, centre, steps=steps)
 
 
 # ------------------------------------------------------------------------------------------------------ chess pieces
