@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, is_dataclass
+
 import bpy
 import numpy as np
 
 import addon
+from addon import versions
 from addon.export import export_scene
 
 addon.register()
@@ -82,3 +85,60 @@ def feed(socket: bpy.types.NodeSocket, kind: str, output: int | str = 0, **prope
 def export() -> tuple:
     """The core's scene of the current file, and the warnings."""
     return export_scene(bpy.context.evaluated_depsgraph_get())
+
+
+def exported(paint: bpy.types.Material) -> tuple:
+    """The core's material of a quad that has this one, and the warnings."""
+    quad().data.materials.append(paint)
+    scene, warnings = export()
+    return scene.instances[-1].materials[0], warnings
+
+
+def fed(kind: str, output: int | str = 0, **properties) -> tuple[bpy.types.Node, bpy.types.Material]:
+    """A new node whose output is the colour of a diffuse material; and that material."""
+    paint, diffuse = shader("ShaderNodeBsdfDiffuse")
+    return feed(diffuse.inputs["Color"], kind, output, **properties), paint
+
+
+def value_of(paint: bpy.types.Material) -> tuple:
+    """The core's value of the colour of a material made by `fed`, and the warnings."""
+    material, warnings = exported(paint)
+    return material.surface.color, warnings
+
+
+def image(name: str = "Tiles", opacity: float = 1.0, **options) -> bpy.types.Image:
+    """2 × 2 pixels: red and green below, blue and white above."""
+    tiles = bpy.data.images.new(name, 2, 2, alpha=opacity < 1.0, **options)
+    colors = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)], np.float32)
+    tiles.pixels.foreach_set(np.hstack([colors, np.full((4, 1), opacity, np.float32)]).ravel())
+    return tiles
+
+
+def render_with_cycles(path) -> np.ndarray:
+    """What Cycles shows at the middle of each pixel, (height, width, 3) float32, lowest row first."""
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising = 1, False
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", 0.01
+    settings = scene.render.image_settings
+    versions.choose_file_format(settings, "OPEN_EXR")
+    settings.color_depth = "32"
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+    picture = bpy.data.images.load(str(path), check_existing=False)
+    pixels = np.empty(len(picture.pixels), np.float32)
+    picture.pixels.foreach_get(pixels)
+    return pixels.reshape(picture.size[1], picture.size[0], -1)[..., :3]
+
+
+def plain(tree):
+    """A tree of values or shaders as nested tuples, which can be compared; numbers have six digits."""
+    if is_dataclass(tree):
+        return (type(tree).__name__, *(plain(getattr(tree, field.name)) for field in fields(tree)))
+    if isinstance(tree, np.ndarray):
+        return (tree.shape, plain(tuple(tree.ravel().tolist())))
+    if isinstance(tree, tuple):
+        return tuple(plain(part) for part in tree)
+    if isinstance(tree, int | float) and not isinstance(tree, bool):
+        return float(f"{tree:.6g}") + 0.0
+    return tree

@@ -9,17 +9,18 @@ from typing import NamedTuple
 import numpy as np
 
 from core import Camera, Instance, Material, Mesh, RenderSettings, Scene, render
+from core.shaders import Diffuse, Emission
 
-WHITE = Material("white", albedo=(1.0, 1.0, 1.0))
-BLACK = Material("black", albedo=(0.0, 0.0, 0.0))
+WHITE = Material("white", Diffuse((1.0, 1.0, 1.0)))
+BLACK = Material("black", None)
 
 
 def emitter(radiance: float = 1.0) -> Material:
-    return Material("emitter", albedo=(0.0, 0.0, 0.0), emission=(1.0, 1.0, 1.0), emission_strength=radiance)
+    return Material("emitter", Emission((1.0, 1.0, 1.0), radiance))
 
 
 def lambertian(albedo: float) -> Material:
-    return Material("lambertian", albedo=(albedo, albedo, albedo))
+    return Material("lambertian", Diffuse((albedo, albedo, albedo)))
 
 
 # Meshes

@@ -14,6 +14,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from addon.settings import LIGHT_PATHS  # noqa: E402
 from tests.addon_helpers import add, empty_scene, lamp, quad  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
@@ -71,6 +72,16 @@ def test_a_folder_gets_an_exr_and_a_png(blends, tmp_path):
         assert not {"File", "Date", "RenderTime"} & set(picture.info)
 
 
+def test_light_paths_are_options_and_in_the_header(blends, tmp_path):
+    wished = dict(zip(LIGHT_PATHS, (3, 1, 2, 0, 5, 7.5), strict=True))
+    options = [text for name, value in wished.items() for text in (f"--{name.replace('_', '-')}", value)]
+    done = run(blends / "good.blend", "--output", tmp_path / "x.exr", *options)
+    assert done.returncode == 0, done.stderr
+    openexr = pytest.importorskip("OpenEXR")
+    with openexr.File(str(tmp_path / "x.exr")) as file:
+        assert {name: file.header()[f"rooks:{name}"] for name in LIGHT_PATHS} == wished
+
+
 def test_options_override_the_file(blends, tmp_path):
     options = "--sampler jittered --lens-sampler random --samples 7 --resolution 20x10 --threads 1 --seed 3 --frame 4"
     done = run(blends / "good.blend", "--output", tmp_path / "x.jpg", "--output", tmp_path / "x.exr", *options.split())
@@ -97,6 +108,10 @@ def test_options_override_the_file(blends, tmp_path):
         ("good.blend", ["--samples", "many"], 2, "not a whole number"),
         ("good.blend", ["--resolution", "640"], 2, "not a size such as 640x360"),
         ("good.blend", ["--max-bounces", "-1"], 2, "between 0 and"),
+        ("good.blend", ["--glossy-bounces", "65"], 2, "between 0 and 64"),
+        ("good.blend", ["--clamp-indirect", "-1"], 2, "must be 0 or more"),
+        ("good.blend", ["--clamp-indirect", "inf"], 2, "must be 0 or more"),
+        ("good.blend", ["--clamp-indirect", "much"], 2, "not a number"),
         ("good.blend", ["--frame", "9999999"], 2, "between -1048574 and 1048574"),
         ("good.blend", ["--what"], 2, "unrecognized arguments: --what"),
         ("good.blend", ["--output", "nowhere/x.exr"], 1, "nowhere does not exist"),
@@ -144,7 +159,8 @@ def test_several_files_need_a_folder(blends, tmp_path):
 
 def test_help_explains_every_option():
     text = run("--help").stdout
-    for name in ("sampler", "pixel_sampler", "lens_sampler", "light_sampler", "bsdf_sampler", "samples", "max_bounces"):
+    samplers = ("sampler", "pixel_sampler", "lens_sampler", "light_sampler", "bsdf_sampler")
+    for name in (*samplers, "samples", *LIGHT_PATHS):
         assert f"--{name.replace('_', '-')}" in text
 
 

@@ -9,7 +9,7 @@ bpy = pytest.importorskip("bpy")
 
 import addon.export  # noqa: E402
 import core  # noqa: E402
-from addon.settings import render_border, render_settings  # noqa: E402
+from addon.settings import LIGHT_PATHS, render_border, render_settings  # noqa: E402
 from addon.ui import sample_count_lines  # noqa: E402
 from addon.watch import Watch, watching  # noqa: E402
 from core.samplers import SAMPLERS  # noqa: E402
@@ -140,7 +140,9 @@ def test_each_view_layer_is_rendered(scene):
 def test_every_setting_arrives():
     scene = empty_scene()
     rooks, blender = scene.rooks, scene.render
-    rooks.samples, rooks.sampler, rooks.seed, rooks.max_bounces = 9, "N_ROOKS", 7, 3
+    rooks.samples, rooks.sampler, rooks.seed = 9, "N_ROOKS", 7
+    rooks.max_bounces, rooks.diffuse_bounces, rooks.glossy_bounces = 9, 1, 2
+    rooks.transmission_bounces, rooks.transparent_bounces, rooks.clamp_indirect = 3, 5, 2.5
     rooks.pixel_filter, blender.filter_size, blender.film_transparent = "BLACKMAN_HARRIS", 2.5, True
     blender.threads_mode, blender.threads = "FIXED", 3
     settings = render_settings(scene, (32, 24))
@@ -148,7 +150,12 @@ def test_every_setting_arrives():
         samples=9,
         sampler="n_rooks",
         seed=7,
-        max_bounces=3,
+        max_bounces=9,
+        diffuse_bounces=1,
+        glossy_bounces=2,
+        transmission_bounces=3,
+        transparent_bounces=5,
+        clamp_indirect=2.5,
         pixel_filter="blackman_harris",
         filter_width=2.5,
         film_transparent=True,
@@ -159,6 +166,11 @@ def test_every_setting_arrives():
     rooks.light_sampler, rooks.bsdf_sampler = "JITTERED", "HAMMERSLEY"
     samplers = {"pixel": "regular", "lens": "random", "light": "jittered", "bsdf": "hammersley"}
     assert render_settings(scene, (32, 24)).samplers == samplers
+
+
+def test_the_defaults_are_the_cores():
+    ours, theirs = render_settings(empty_scene(), (32, 24)), core.RenderSettings()
+    assert {name: getattr(ours, name) for name in LIGHT_PATHS} == {name: getattr(theirs, name) for name in LIGHT_PATHS}
 
 
 def test_the_menu_of_samplers_is_the_registry():
@@ -242,7 +254,7 @@ def test_registering_twice_and_unregistering_leave_no_trace():
     addon.unregister()
     addon.unregister()
     try:
-        assert not hasattr(bpy.types.Scene, "rooks")
+        assert not any(hasattr(cls, "rooks") for cls in (bpy.types.Scene, bpy.types.ViewLayer, bpy.types.Material))
         panels = [p for p in bpy.types.Panel.__subclasses__() if "ROOKS" in getattr(p, "COMPAT_ENGINES", ())]
         assert [panel for panel in panels if not panel.__name__.startswith("ROOKS_")] == []
     finally:

@@ -12,7 +12,16 @@ bpy = pytest.importorskip("bpy")
 from mathutils import Euler  # noqa: E402
 
 from core.errors import SceneError  # noqa: E402
-from core.scene import AreaLight, PointLight, SpotLight, SunLight  # noqa: E402
+from core.scene import (  # noqa: E402
+    VISIBLE_TO_DIFFUSE,
+    VISIBLE_TO_GLOSSY,
+    VISIBLE_TO_SURFACES,
+    VISIBLE_TO_TRANSMISSION,
+    AreaLight,
+    PointLight,
+    SpotLight,
+    SunLight,
+)
 from tests.addon_helpers import add, empty_scene, export, feed, lamp  # noqa: E402
 
 has_normalize = pytest.mark.skipif(bpy.app.version < (4, 5), reason="lamps have this from Blender 4.5 on")
@@ -109,10 +118,35 @@ def test_a_lamp_without_shadow():
     assert only_light().cast_shadow is False
 
 
+KINDS = ["POINT", "SPOT", "AREA", "SUN"]
+RAYS = {"diffuse": VISIBLE_TO_DIFFUSE, "glossy": VISIBLE_TO_GLOSSY, "transmission": VISIBLE_TO_TRANSMISSION}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("ray", RAYS)
+def test_a_lamp_lights_the_kinds_of_reflection_that_see_it(kind, ray):
+    bulb = lamp(kind)
+    assert only_light().visibility == VISIBLE_TO_SURFACES
+    setattr(bulb, f"visible_{ray}", False)
+    assert only_light().visibility == VISIBLE_TO_SURFACES & ~RAYS[ray]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_lamp_that_no_surface_sees_is_left_out(kind):
+    bulb = lamp(kind)
+    for ray in RAYS:
+        setattr(bulb, f"visible_{ray}", False)
+    assert export()[0].lights == ()
+
+
+def test_a_lamp_that_the_camera_should_see_is_named():
+    lamp("POINT", name="Bulb").visible_camera = True
+    assert export()[1] == ['light "Bulb": Rooks does not show lamps to the camera']
+
+
 def test_lamps_that_shed_no_light_are_left_out():
     lamp("POINT", 0)
     lamp("AREA", 10, size=1).scale = (0, 1, 1)
-    lamp("POINT", 10).visible_diffuse = False
     lamp("POINT", 10).hide_set(True)
     lamp("POINT", 10, color=(0, 0, 0))
     assert export()[0].lights == ()

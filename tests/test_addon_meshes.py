@@ -10,7 +10,14 @@ bpy = pytest.importorskip("bpy")
 from mathutils import Matrix  # noqa: E402
 
 from core.errors import SceneError  # noqa: E402
-from core.scene import VISIBLE_TO_ALL, VISIBLE_TO_CAMERA, VISIBLE_TO_SHADOWS, VISIBLE_TO_SURFACES  # noqa: E402
+from core.scene import (  # noqa: E402
+    VISIBLE_TO_ALL,
+    VISIBLE_TO_CAMERA,
+    VISIBLE_TO_DIFFUSE,
+    VISIBLE_TO_GLOSSY,
+    VISIBLE_TO_SHADOWS,
+    VISIBLE_TO_TRANSMISSION,
+)
 from tests.addon_helpers import add, empty_scene, export, feed, quad, shader  # noqa: E402
 
 
@@ -209,14 +216,35 @@ def test_hidden_objects_are_left_out():
     assert [instance.name for instance in instances()] == ["Shown"]
 
 
-def test_ray_visibility():
+@pytest.mark.parametrize(
+    ("ray", "bit"),
+    [
+        ("camera", VISIBLE_TO_CAMERA),
+        ("diffuse", VISIBLE_TO_DIFFUSE),
+        ("glossy", VISIBLE_TO_GLOSSY),
+        ("transmission", VISIBLE_TO_TRANSMISSION),
+        ("shadow", VISIBLE_TO_SHADOWS),
+    ],
+)
+def test_each_kind_of_ray_has_its_bit(ray, bit):
+    setattr(quad(), f"visible_{ray}", False)
+    assert instances()[0].visibility == VISIBLE_TO_ALL & ~bit
+
+
+def test_an_object_that_no_ray_sees_is_left_out():
     obj = quad()
-    obj.visible_camera = False
-    assert instances()[0].visibility == VISIBLE_TO_SURFACES | VISIBLE_TO_SHADOWS
-    obj.visible_camera, obj.visible_shadow, obj.visible_diffuse = True, False, False
-    assert instances()[0].visibility == VISIBLE_TO_CAMERA
-    obj.visible_camera = False
+    for ray in ("camera", "diffuse", "glossy", "transmission", "shadow"):
+        setattr(obj, f"visible_{ray}", False)
     assert instances() == ()
+
+
+def test_instances_are_as_visible_as_their_instancer_and_themselves():
+    leaf, tree = quad("Leaf", size=0.4), quad("Tree", instance_type="VERTS")
+    leaf.parent = tree
+    leaf.visible_glossy, tree.visible_diffuse = False, False
+    bits = {instance.visibility for instance in instances() if instance.name == "Leaf"}
+    itself = VISIBLE_TO_ALL & ~VISIBLE_TO_GLOSSY
+    assert bits == {itself, itself & ~VISIBLE_TO_DIFFUSE}
 
 
 def test_an_indirect_only_collection_is_hidden_from_the_camera():

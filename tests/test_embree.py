@@ -24,6 +24,7 @@ from core.batch import (
     INVALID,
     LANES,
     LIGHT_WEIGHT,
+    MASK,
     ORIGIN,
     PACKET,
     PRIMITIVE,
@@ -48,9 +49,9 @@ def rows(batch: Batch, row: int, count: int = 1, bits: bool = False) -> np.ndarr
     return memory[:, row : row + count * LANES].reshape(-1, count, LANES)
 
 
-def put(batch: Batch, row: int, values: np.ndarray) -> None:
-    values = np.asarray(values, np.float32).reshape(len(values), -1)
-    rows(batch, row, values.shape[1])[:] = values.reshape(-1, LANES, values.shape[1]).transpose(0, 2, 1)
+def put(batch: Batch, row: int, values: np.ndarray, bits: bool = False) -> None:
+    values = np.asarray(values, np.uint32 if bits else np.float32).reshape(len(values), -1)
+    rows(batch, row, values.shape[1], bits)[:] = values.reshape(-1, LANES, values.shape[1]).transpose(0, 2, 1)
 
 
 def get(batch: Batch, row: int, count: int = 1, bits: bool = False) -> np.ndarray:
@@ -97,6 +98,7 @@ def batch_of(origins: np.ndarray, directions: np.ndarray) -> Batch:
     put(batch, T_NEAR, np.zeros(RAYS))
     put(batch, T_FAR, np.full(RAYS, np.inf))
     put(batch, ACTIVE, np.ones(RAYS))
+    put(batch, MASK, np.full(RAYS, ALL), bits=True)
     return batch
 
 
@@ -131,7 +133,7 @@ def test_the_nearest_hits_are_those_of_embreex(mesh, trace):
     origins, directions = random_rays(2)
     batch = batch_of(origins, directions)
     with structure(placed(*mesh)) as scene:
-        trace(batch, scene.traversal, ALL, PACKETS)
+        trace(batch, scene.traversal, PACKETS)
     expected = oracle(*mesh, origins, directions)
     hit = expected["primID"] >= 0
     assert 0.2 < hit.mean() < 0.98
@@ -170,7 +172,7 @@ def test_without_native_packets_the_answers_are_the_same():
         for packets in (True, False):
             batch, shadows = batch_of(origins, directions), shadow_batch(origins, directions)
             traversal = scene.traversal._replace(packets=packets)
-            intersect_coherent(batch, traversal, ALL, PACKETS)
+            intersect_coherent(batch, traversal, PACKETS)
             occluded_coherent(shadows, traversal, ALL, PACKETS)
             results.append((get(batch, T_FAR), get(shadows, SHADOW + T_FAR)))
     (far, shadow_far), (single_far, single_shadow_far) = results
@@ -197,7 +199,7 @@ def test_instances_are_hit_where_baked_copies_are(trace):
     origins, directions = random_rays(6)
     batch = batch_of(origins, directions)
     with structure(*instances) as scene:
-        trace(batch, scene.traversal, ALL, PACKETS)
+        trace(batch, scene.traversal, PACKETS)
     baked = np.concatenate([vertices @ m[:3, :3].T + m[:3, 3] for m in PLACES.values()]).astype(np.float32)
     offsets = [triangles + i * len(vertices) for i in range(len(PLACES))]
     expected = oracle(baked, np.concatenate(offsets), origins, directions)
@@ -225,8 +227,10 @@ def test_a_ray_sees_only_what_its_mask_shows(instanced, mask):
         entry = shared._replace(matrix=place, mask=visibility)
         packet, single, shadow = batch_of(origins, towards), batch_of(origins, towards), shadow_batch(origins, towards)
         with structure(entry) as scene:
-            intersect_coherent(packet, scene.traversal, mask, PACKETS)
-            intersect_incoherent(single, scene.traversal, mask, PACKETS)
+            for batch in (packet, single):
+                put(batch, MASK, np.full(RAYS, mask), bits=True)
+            intersect_coherent(packet, scene.traversal, PACKETS)
+            intersect_incoherent(single, scene.traversal, PACKETS)
             occluded_coherent(shadow, scene.traversal, mask, PACKETS)
         visible = bool(mask & visibility)
         assert ((get(packet, PRIMITIVE, bits=True) != INVALID) == visible).all()
@@ -243,7 +247,7 @@ def test_lanes_that_have_ended_are_not_traced(trace):
     put(batch, ACTIVE, active)
     put(batch, HIT_V, np.full(RAYS, 7.0))
     with structure(placed(*MESHES["sphere"])) as scene:
-        trace(batch, scene.traversal, ALL, PACKETS)
+        trace(batch, scene.traversal, PACKETS)
     assert np.isfinite(get(batch, T_FAR)[active]).all()
     assert np.isinf(get(batch, T_FAR)[~active]).all()
     assert (get(batch, HIT_V)[~active] == 7).all()
@@ -267,7 +271,7 @@ def test_an_empty_structure_is_missed():
     origins, directions = random_rays(10)
     batch, shadows = batch_of(origins, directions), shadow_batch(origins, directions)
     with structure() as scene:
-        intersect_coherent(batch, scene.traversal, ALL, PACKETS)
+        intersect_coherent(batch, scene.traversal, PACKETS)
         occluded_coherent(shadows, scene.traversal, ALL, PACKETS)
     assert (get(batch, PRIMITIVE, bits=True) == INVALID).all()
     assert (get(shadows, SHADOW + T_FAR) > 0).all()

@@ -15,6 +15,7 @@ from scipy import integrate
 from core import (
     AreaLight,
     Instance,
+    Material,
     PointLight,
     RenderSettings,
     Scene,
@@ -24,7 +25,8 @@ from core import (
     render,
     rendering,
 )
-from core.scene import VISIBLE_TO_SHADOWS, VISIBLE_TO_SURFACES
+from core.scene import VISIBLE_TO_CAMERA, VISIBLE_TO_SHADOWS, VISIBLE_TO_SURFACES
+from core.shaders import AddShader, Diffuse, Emission
 from tests.scenes import (
     WHITE,
     box,
@@ -408,14 +410,28 @@ def test_a_convex_body_in_a_furnace_shows_its_albedo(max_bounces):
     assert np.allclose(color, 0.6 * alpha, atol=1e-6)
 
 
-@pytest.mark.parametrize("max_bounces", [0, 1, 4])
+def glowing_box(albedo: float, sample_as_light: bool) -> Scene:
+    surface = AddShader(Diffuse((albedo,) * 3), Emission((1.0, 1.0, 1.0)))
+    material = Material("glow", surface, sample_as_light)
+    return Scene(camera_forward(pixels=(8, 8)), (Instance(box(4), materials=(material,)),))
+
+
+@pytest.mark.parametrize("max_bounces", [0, 1, 2])
 def test_a_closed_box_that_glows_gathers_the_geometric_series(max_bounces):
-    """1 + ρ + ρ² + … up to the light that came over `max_bounces` + 1 surfaces; without end it would be 1 / (1 - ρ)."""
-    albedo = 0.5
-    material = type(WHITE)("glow", albedo=(albedo,) * 3, emission=(1.0, 1.0, 1.0))
-    scene = Scene(camera_forward(pixels=(8, 8)), (Instance(box(4), materials=(material,)),))
-    seen = picture(scene, samples=16, max_bounces=max_bounces)
-    assert np.allclose(seen, sum(albedo**k for k in range(max_bounces + 2)), rtol=1e-6)
+    """1 + ρ + ρ² + … up to the light that came over `max_bounces` + 1 surfaces: each path meets just that."""
+    seen = picture(glowing_box(0.5, sample_as_light=False), samples=16, max_bounces=max_bounces)
+    assert np.allclose(seen, sum(0.5**k for k in range(max_bounces + 2)), rtol=1e-6)
+
+
+@pytest.mark.parametrize("sample_as_light", [False, True])
+@pytest.mark.parametrize(("albedo", "max_bounces"), [(0.5, 4), (0.5, 24), (0.8, 64)])
+def test_light_samples_and_russian_roulette_leave_the_series_as_it_is(albedo, max_bounces, sample_as_light):
+    """With 64 bounces all but 1e-6 of it is there: 1 / (1 - ρ)."""
+    scene = glowing_box(albedo, sample_as_light)
+    settings = {"samples": 64, "max_bounces": max_bounces, "diffuse_bounces": 64}
+    seen = estimate(lambda seed: picture(scene, seed=seed, **settings).mean())
+    assert seen.agrees(sum(albedo**k for k in range(max_bounces + 2)), rounding=1e-4)
+    assert seen.error < 0.01 * seen.mean
 
 
 def test_a_glowing_mesh_lights_like_an_area_light_of_its_size():
@@ -435,7 +451,7 @@ def test_a_lamp_lights_what_another_surface_reflects():
     corners = np.array([(x, y, 1.0) for x, y in ((-0.2, -0.2), (0.2, -0.2), (0.2, 0.2), (-0.2, 0.2))])
     expected = polygon_irradiance(corners, wall_radiance)
     # The probe's own patch would stand in the sun's way.
-    patch = Instance(floor(0.01), materials=(WHITE,), visibility=1)
+    patch = Instance(floor(0.01), materials=(WHITE,), visibility=VISIBLE_TO_CAMERA)
     scene = Scene(camera_down(1e-4, (4, 4), height=0.5), (patch, wall), (sun,))
     assert estimate(lambda seed: np.pi * picture(scene, samples=4096, max_bounces=1, seed=seed).mean()).agrees(expected)
     assert picture(scene, samples=64, max_bounces=0).max() == 0

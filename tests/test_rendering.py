@@ -15,7 +15,6 @@ from scipy import stats
 from core import (
     AreaLight,
     Camera,
-    Checker,
     Instance,
     Material,
     Mesh,
@@ -31,7 +30,10 @@ from core import (
 from core.embree import EmbreeScene
 from core.film import PASSES
 from core.samplers import SAMPLERS
+from core.scene import VISIBLE_TO_SHADOWS
+from core.shaders import Diffuse
 from core.shared_use import SharedUse
+from core.values import OBJECT, Checker
 from tests.scenes import (
     WHITE,
     box,
@@ -57,7 +59,7 @@ def still_life(resolution: tuple[int, int] = (45, 30), at=(0.0, 0.0, 0.0)) -> Sc
     aspect = resolution[1] / resolution[0]
     camera = Camera(aim, resolution, (-0.4, 0.4, -0.4 * aspect, 0.4 * aspect), lens_radius=0.05, focus_distance=6)
     ball, cube = sphere(0.5, rings=12, smooth=True), box(0.6)
-    checker = Material("checker", Checker((0.8,) * 3, (0.2, 0.3, 0.4), 2.0, "object"))
+    checker = Material("checker", Diffuse(Checker((0.8,) * 3, (0.2, 0.3, 0.4), 2.0, OBJECT)))
     instances = (
         Instance(floor(8), translation(x, y, z - 0.5), (checker,)),
         Instance(ball, translation(x - 0.8, y, z), (lambertian(0.7),)),
@@ -356,7 +358,7 @@ def test_far_from_the_origin_the_picture_is_the_same():
 
 def penumbra(sampler: str, seed: int, samples: int = 16):
     """A ball's soft shadow under a square lamp: the noisiest that direct light gets."""
-    ball = Instance(sphere(0.3, (0, 0, 0.5), rings=12), visibility=4)
+    ball = Instance(sphere(0.3, (0, 0, 0.5), rings=12), visibility=VISIBLE_TO_SHADOWS)
     lamp = AreaLight((0, 0, 2), (1, 0, 0), (0, 1, 0), (50.0, 50.0, 50.0))
     scene = Scene(camera_down(1.2, (16, 16), height=0.9), (ball, Instance(floor(), materials=(WHITE,))), (lamp,))
     film = render(scene, RenderSettings(samples=samples, sampler=sampler, seed=seed, threads=1))
@@ -409,14 +411,14 @@ def test_one_sample_claims_no_error():
 
 def test_a_render_can_be_cancelled_while_its_kernels_load(monkeypatch):
     """Compiling takes seconds: asked to stop meanwhile, a first render comes back, and the next one is right."""
-    compiled = rendering._render_blocks
-    monkeypatch.setattr(rendering, "_render_blocks", lambda *arguments: time.sleep(4))
+    compiled = rendering.render_blocks
+    monkeypatch.setattr(rendering, "render_blocks", lambda *arguments: time.sleep(4))
     start = time.perf_counter()
     film = render(still_life(), RenderSettings(samples=1), should_cancel=lambda: True)
     assert time.perf_counter() - start < 3
     assert film.cancelled
     assert film.finished_pixels == 0
-    monkeypatch.setattr(rendering, "_render_blocks", compiled)
+    monkeypatch.setattr(rendering, "render_blocks", compiled)
     assert not render(still_life(), RenderSettings(samples=1)).cancelled
 
 

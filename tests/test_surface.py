@@ -10,8 +10,6 @@ import pytest
 
 from core import (
     Camera,
-    Checker,
-    ImageTexture,
     Instance,
     Material,
     Mesh,
@@ -23,23 +21,29 @@ from core import (
 )
 from core.batch import (
     ALBEDO,
+    EMISSION,
     GEOMETRIC_NORMAL,
     GEOMETRY,
     HIT_V,
     HIT_W,
     INSTANCE,
     INVALID,
+    MASK,
+    MATERIAL,
     OFFSET,
     POSITION,
     PRIMITIVE,
-    RADIANCE,
     SHADING_NORMAL,
     THROUGHPUT,
     Batch,
 )
 from core.embree import intersect_incoherent
+from core.materials import fill_constants, run_programs
 from core.packing import pack_scene
+from core.scene import VISIBLE_TO_CAMERA, VISIBLE_TO_SHADOWS
+from core.shaders import Diffuse
 from core.surface import find_surfaces
+from core.values import OBJECT, Checker, ImageTexture
 from tests.scenes import (
     WHITE,
     box,
@@ -60,7 +64,7 @@ PLACES = (
     scaling(-1, 1, 1) @ rotation(1, 0.4),
     translation(0.3, -0.2, 0.5) @ scaling(0.4, 0.4, -0.9) @ rotation(2, 1),
 )
-MATERIALS = tuple(Material(str(k), albedo=(k / 10, k / 20, 0.5)) for k in range(1, 4))
+MATERIALS = tuple(Material(str(k), Diffuse((k / 10, k / 20, 0.5))) for k in range(1, 4))
 CAMERA = Camera(np.eye(4), (4, 4), (-1, 1, -1, 1))
 
 
@@ -88,8 +92,11 @@ def surfaces_of(scene: Scene, origins: np.ndarray, directions: np.ndarray) -> tu
     packed = pack_scene(scene, 1)
     batch = batch_of((origins - packed.center).astype(np.float32), directions)
     put(batch, THROUGHPUT, np.ones((RAYS, 3)))
-    intersect_incoherent(batch, packed.embree.traversal, 7, PACKETS)
-    find_surfaces(batch, packed.arrays, np.zeros(3, np.float32), PACKETS)
+    put(batch, MASK, np.full(RAYS, VISIBLE_TO_CAMERA), bits=True)
+    registers = fill_constants(packed.arrays, packed.programs)
+    intersect_incoherent(batch, packed.embree.traversal, PACKETS)
+    find_surfaces(batch, packed.arrays, PACKETS)
+    run_programs(batch._replace(registers=registers), packed.arrays, PACKETS)
     packed.embree.close()
     return batch, packed.center
 
@@ -130,7 +137,7 @@ def test_a_surface_is_what_its_triangle_says(matrix, instanced, smooth):
         shading /= np.linalg.norm(shading, axis=1, keepdims=True)
     side = -np.sign((normal * directions[hit]).sum(axis=1, keepdims=True))
     slots = np.minimum(mesh.material_slots[k], len(MATERIALS) - 1)
-    albedo = np.array([material.albedo for material in MATERIALS])[slots]
+    albedo = np.array([material.surface.color for material in MATERIALS])[slots]
     reach = np.abs(get(batch, POSITION, 3)).max()
     assert np.allclose(get(batch, POSITION, 3)[hit], position, atol=1e-6 * max(reach, 1))
     assert np.allclose(get(batch, GEOMETRIC_NORMAL, 3)[hit], side * normal, atol=2e-3)
@@ -149,7 +156,7 @@ def test_uvs_are_interpolated_over_the_triangle(instanced):
     pixels = np.zeros((size, size, 3), np.float32)
     pixels[..., 0], pixels[..., 1] = ramp[None, :], ramp[:, None]
     mesh = Mesh("soup", mesh.vertices, mesh.triangles, uvs=0.02 + 0.96 * mesh.uvs)
-    material = Material("uv", ImageTexture(pixels, "extend"))
+    material = Material("uv", Diffuse(ImageTexture(pixels, "extend")))
     instances = tuple(
         Instance(mesh, place, (material,)) for place in (PLACES[1], translation(0, 0, -50))[: 1 + instanced]
     )
@@ -162,15 +169,12 @@ def test_uvs_are_interpolated_over_the_triangle(instanced):
     assert np.allclose(get(batch, ALBEDO, 3)[hit][:, :2], uv, atol=1e-5)
 
 
-def test_a_miss_ends_the_path_with_the_background():
-    packed = pack_scene(Scene(CAMERA, (Instance(sphere(0.1)),)), 1)
+def test_a_miss_arrives_at_the_world_which_emits_its_radiance():
+    scene = Scene(CAMERA, (Instance(sphere(0.1)),), world=(2.0, 1.0, 0.5))
     origins, _ = random_rays(7)
-    batch = batch_of(origins, origins)  # away from it
-    put(batch, THROUGHPUT, np.broadcast_to(np.array([1.0, 0.5, 0.25]), (RAYS, 3)))
-    intersect_incoherent(batch, packed.embree.traversal, 7, PACKETS)
-    find_surfaces(batch, packed.arrays, np.array([2, 2, 2], np.float32), PACKETS)
-    packed.embree.close()
-    assert np.array_equal(get(batch, RADIANCE, 3), np.broadcast_to(np.float32([2, 1, 0.5]), (RAYS, 3)))
+    batch, _ = surfaces_of(scene, origins, origins)  # away from it
+    assert (get(batch, MATERIAL, bits=True) == 1).all()
+    assert np.array_equal(get(batch, EMISSION, 3), np.broadcast_to(np.float32([2, 1, 0.5]), (RAYS, 3)))
 
 
 def test_normals_face_the_camera_and_materials_show_from_both_sides():
@@ -238,7 +242,7 @@ def test_a_plane_of_ten_kilometres_does_not_shadow_itself():
 
 def test_a_ball_of_a_decimetre_casts_its_whole_shadow_on_ten_kilometres():
     """The step off so large a plane is a centimetre: less than what stands on it."""
-    ball = Instance(sphere(0.1, (0, 0, 0.1)), visibility=4)
+    ball = Instance(sphere(0.1, (0, 0, 0.1)), visibility=VISIBLE_TO_SHADOWS)
     plane = Instance(floor(1e4), materials=(WHITE,))
     scene = Scene(camera_down(0.4, (32, 32)), (ball, plane), (SunLight((0, 0, 1), (np.pi,) * 3),))
     seen = picture(scene)
@@ -265,7 +269,7 @@ def test_smooth_normals_do_not_let_light_through_from_behind():
 @pytest.mark.parametrize("copies", [1, 2])
 def test_flattened_objects_render(place, copies):
     """A matrix without an inverse: the object is flat, or gone, and the picture stays finite."""
-    material = Material("checker", Checker((1.0,) * 3, (0.5,) * 3, 3.0, "object"))
+    material = Material("checker", Diffuse(Checker((1.0,) * 3, (0.5,) * 3, 3.0, OBJECT)))
     instances = tuple(Instance(sphere(1.0, smooth=True), place, (material,)) for _ in range(copies))
     film = render(
         Scene(camera_down(3, (16, 16)), instances, (SunLight((0, 0, 1), (np.pi,) * 3),), (0.1,) * 3),

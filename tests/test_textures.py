@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 from core import (
-    Checker,
-    ImageTexture,
     Instance,
     Material,
     Mesh,
@@ -21,6 +19,8 @@ from core import (
     SunLight,
     render,
 )
+from core.shaders import Diffuse, Emission
+from core.values import OBJECT, UV, Checker, ImageTexture
 from tests import naive
 from tests.scenes import camera_down, picture, pixel_centers, polygon, rotation, scaling, translation
 
@@ -39,7 +39,7 @@ def textured_floor(texture, size: float = 6.0, slope: float = 0.0, uv=(1.0, 1.0,
 
 def shown(texture, *, pixels=(24, 16), width=4.0, mesh=None, matrix=None, emission=False, **uv) -> np.ndarray:
     """The picture's colours (height, width, 3): one sample at each pixel's centre."""
-    material = Material("emits", (0.0,) * 3, texture) if emission else Material("reflects", texture)
+    material = Material("emits", Emission(texture)) if emission else Material("reflects", Diffuse(texture))
     instance = Instance(mesh or textured_floor(texture, **uv), matrix if matrix is not None else np.eye(4), (material,))
     world = (0.0,) * 3 if emission else (1.0,) * 3
     scene = Scene(camera_down(width, pixels, height=10), (instance,), world=world)
@@ -59,7 +59,7 @@ def checker_expected(x: np.ndarray, y: np.ndarray, z: np.ndarray | float) -> np.
 def test_checker_in_object_space_is_the_parity_of_floors(scale, emission):
     camera = camera_down(4.0, (24, 16))
     x, y = pixel_centers(camera)
-    seen = shown(Checker(RED, BLUE, scale, "object"), slope=0.9, emission=emission)
+    seen = shown(Checker(RED, BLUE, scale, OBJECT), slope=0.9, emission=emission)
     off_edges = np.ones((16, 24), bool)
     for coordinate in (x * scale, y * scale, 0.9 * x * scale):
         off_edges &= np.abs(coordinate - np.round(coordinate)) > 1e-4
@@ -73,18 +73,18 @@ def test_a_face_that_lies_on_an_edge_falls_into_one_cell():
     camera = camera_down(4.0, (32, 32))
     x, y = pixel_centers(camera)
     for size in (6.0, 100.0):
-        seen = shown(Checker(RED, BLUE, 1.0, "object"), pixels=(32, 32), size=size)
+        seen = shown(Checker(RED, BLUE, 1.0, OBJECT), pixels=(32, 32), size=size)
         assert np.allclose(seen, checker_expected(x, y, 0.5), atol=1e-6)
 
 
 def test_at_the_origin_a_checker_has_its_second_color():
-    camera_sees = shown(Checker(RED, BLUE, 1.0, "uv"), width=0.5, pixels=(4, 4), uv=(1, 1, 0.5, 0.5))
+    camera_sees = shown(Checker(RED, BLUE, 1.0, UV), width=0.5, pixels=(4, 4), uv=(1, 1, 0.5, 0.5))
     assert np.allclose(camera_sees, BLUE, atol=1e-6)
 
 
 def test_checker_by_uv_and_by_generated_coordinates():
     x, y = pixel_centers(camera_down(4.0, (24, 16)))
-    by_uv = shown(Checker(RED, BLUE, 3.0, "uv"), uv=(0.5, 2.0, 0.123, 0.456))
+    by_uv = shown(Checker(RED, BLUE, 3.0, UV), uv=(0.5, 2.0, 0.123, 0.456))
     assert np.allclose(by_uv, checker_expected(3 * (0.5 * x + 0.123), 3 * (2 * y + 0.456), 0.5), atol=1e-6)
     mesh = textured_floor(None)
     mesh = Mesh("floor", mesh.vertices, mesh.triangles, texture_space=((0.1, 0.2, 0.0), (3.0, 2.0, 0.0)))
@@ -97,7 +97,7 @@ def test_checker_by_uv_and_by_generated_coordinates():
 def test_object_space_moves_with_the_object(copies):
     """Whether the mesh is stored in world space (one copy) or in its own (two)."""
     matrix = translation(0.3, -0.4, 0.2) @ rotation(2, 0.5) @ scaling(1.5, -0.7, 1)
-    material = Material("checker", Checker(RED, BLUE, 2.0, "object"))
+    material = Material("checker", Diffuse(Checker(RED, BLUE, 2.0, OBJECT)))
     mesh = textured_floor(None)
     places = (matrix, translation(0, 0, -5))[:copies]
     camera = camera_down(4.0, (24, 16), height=10)
@@ -164,9 +164,7 @@ def test_two_images_of_each_kind_do_not_mix():
     images += [np.full((3, 2, 3), value, np.uint8) for value in (60, 200)]
     expected = [*colors, *((naive.linear_of_srgb(value / 255),) * 3 for value in (60, 200))]
     instances = tuple(
-        Instance(
-            textured_floor(None, 1.0), translation(k - 1.5, 0, 0), (Material(str(k), (0.0,) * 3, ImageTexture(i)),)
-        )
+        Instance(textured_floor(None, 1.0), translation(k - 1.5, 0, 0), (Material(str(k), Emission(ImageTexture(i))),))
         for k, i in enumerate(images)
     )
     scene = Scene(camera_down(4.0, (4, 1)), instances)
@@ -176,7 +174,7 @@ def test_two_images_of_each_kind_do_not_mix():
 
 def test_a_texture_multiplies_the_emission_strength():
     texture = ImageTexture(np.full((1, 1, 3), 0.5, np.float32))
-    material = Material("lamp", (0.0,) * 3, texture, emission_strength=6.0)
+    material = Material("lamp", Emission(texture, 6.0))
     scene = Scene(camera_down(1.0, (4, 4)), (Instance(textured_floor(None), materials=(material,)),))
     assert picture(scene) == pytest.approx(np.full((4, 4), 3.0), rel=1e-6)
 
@@ -199,7 +197,7 @@ def test_pixels_of_the_wrong_shape_are_refused(shape):
 @pytest.mark.parametrize("lights", [(), (SunLight((0, 0, 1), (1.0,) * 3),)], ids=["world", "sun"])
 def test_a_bad_texel_spoils_no_other_pixel(bad, batch_packets, lights):
     """Its own samples are dropped and counted; the background beside it, in the same lanes later, keeps its light."""
-    material = Material("bad", ImageTexture(np.full((1, 1, 3), bad, np.float32)))
+    material = Material("bad", Diffuse(ImageTexture(np.full((1, 1, 3), bad, np.float32))))
     left_half = Instance(polygon([(-4, -4, 0), (0, -4, 0), (0, 4, 0), (-4, 4, 0)]), materials=(material,))
     scene = Scene(camera_down(4.0, (16, 16)), (left_half,), lights, world=(1.0, 1.0, 1.0))
     film = render(scene, RenderSettings(samples=16, threads=1, batch_packets=batch_packets))

@@ -18,8 +18,6 @@ import pytest
 from core import (
     AreaLight,
     Camera,
-    Checker,
-    ImageTexture,
     Instance,
     Material,
     Mesh,
@@ -50,13 +48,16 @@ from core.batch import (
     new_batch,
 )
 from core.camera import aim_through_lens, pack_camera, start_rays
+from core.direct_light import Clamp, add_light, reflect_diffusely
 from core.domains import hash32, look_up_points, make_table, set_of_pixel
 from core.film import add_samples, develop, new_tile_sums
 from core.filters import offset_table
-from core.lights import add_light, pack_lights, sample_light
+from core.lights import narrow_to_cone, pack_lights, sample_light
 from core.packing import pack_scene
 from core.settings import RenderSettings
-from core.textures import texture_color
+from core.shaders import Diffuse
+from core.textures import image_color
+from core.values import ImageTexture
 from core.warps import square_to_cap, square_to_cosine_hemisphere, square_to_disk, square_to_polygon, square_to_sphere
 from tests.scenes import floor, translation
 
@@ -85,7 +86,7 @@ def domains() -> np.ndarray:
     sets = [set_of_pixel(table, x, y, d) for x in range(3) for y in range(3) for d in range(3)]
     hashes = [hash32(a, b, c) for a in (0, 1, 2**31, 2**32 - 1) for b in (0, 77) for c in (5, 2**32 - 1)]
     batch = new_batch(SAMPLES)
-    look_up_points(batch, table, 2, BLOCKS, 0, COUNT)
+    look_up_points(batch, POINT, table, 2, BLOCKS, 0, COUNT)
     return np.concatenate([sets, hashes, lanes(batch, POINT, 2).ravel()])
 
 
@@ -109,16 +110,16 @@ def warps() -> np.ndarray:
 def textures() -> np.ndarray:
     rng = np.random.default_rng(2)
     pixels = rng.random((3, 4, 3), dtype=np.float32)
-    looks = [Checker((1.0, 0.5, 0.2), (0.1, 0.2, 0.3), 2.5, "uv")]
+    looks = []
     for extension in ("repeat", "mirror", "extend", "clip"):
         looks.append(ImageTexture(pixels, extension, "linear"))
         looks.append(ImageTexture((pixels * 255).astype(np.uint8), extension, "closest"))
     mesh = floor()
     mesh = Mesh("floor", mesh.vertices, mesh.triangles, uvs=np.zeros((2, 3, 2), np.float32))
-    materials = tuple(Material(str(k), look) for k, look in enumerate(looks))
+    materials = tuple(Material(str(k), Diffuse(look)) for k, look in enumerate(looks))
     packed = pack_scene(Scene(camera(), (Instance(mesh, materials=materials),)), 1)
-    places = rng.uniform(-2, 2, (6, 3)).astype(np.float32)
-    colors = [texture_color(packed.arrays, k, x, y, z) for k in range(len(looks)) for x, y, z in places]
+    places, images = rng.uniform(-2, 2, (6, 2)).astype(np.float32), packed.arrays.materials.textures
+    colors = [image_color(images, k, x, y) for k in range(len(looks)) for x, y in places]
     packed.embree.close()
     return np.array(colors)
 
@@ -130,9 +131,9 @@ def camera() -> Camera:
 def camera_rays() -> np.ndarray:
     packed = pack_camera(camera(), np.zeros(3), offset_table(SETTINGS))
     batch = new_batch(SAMPLES)
-    look_up_points(batch, make_table("pixel", SETTINGS, 1, 16), 0, BLOCKS, 0, COUNT)
+    look_up_points(batch, POINT, make_table("pixel", SETTINGS, 1, 16), 0, BLOCKS, 0, COUNT)
     start_rays(batch, packed, BLOCKS, 0, SAMPLES, COUNT)
-    look_up_points(batch, make_table("lens", SETTINGS, 1, 16), 0, BLOCKS, 0, COUNT)
+    look_up_points(batch, POINT, make_table("lens", SETTINGS, 1, 16), 0, BLOCKS, 0, COUNT)
     aim_through_lens(batch, packed, SAMPLES)
     return np.concatenate([lanes(batch, ORIGIN, 3), lanes(batch, DIRECTION, 3)], axis=1)
 
@@ -151,8 +152,11 @@ def lights() -> np.ndarray:
     results = []
     for light in range(len(LIGHTS)):
         sample_light(batch, packed, light, SAMPLES)
+        if packed.spot[light]:
+            narrow_to_cone(batch, packed, light, SAMPLES)
+        reflect_diffusely(batch, SAMPLES)
         results += [lanes(batch, LIGHT_WEIGHT, 1).copy(), lanes(batch, SHADOW + DIRECTION, 3).copy()]
-        add_light(batch, packed, light, SAMPLES)
+        add_light(batch, packed, light, Clamp(np.float32(np.inf), np.float32(0)), SAMPLES)
     results += [lanes(batch, RADIANCE, 3), lanes(batch, SHADOW + T_FAR, 1)]
     return np.concatenate(results, axis=1)
 

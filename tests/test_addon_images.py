@@ -1,0 +1,112 @@
+"""Images arrive as Cycles sees them: their encoding, their rows, their opacity."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from addon.images import Images, problem_of  # noqa: E402
+from tests.addon_helpers import empty_scene, image  # noqa: E402
+
+RED, GREEN, BLUE, WHITE = (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)
+
+
+@pytest.fixture(autouse=True)
+def _scene():
+    empty_scene()
+
+
+def test_bytes_stay_as_they_are_bottom_row_first():
+    pixels = Images().colors(image())
+    assert pixels.dtype == np.uint8
+    np.testing.assert_array_equal(pixels / 255, [[RED, GREEN], [BLUE, WHITE]])
+
+
+@pytest.mark.parametrize("options", [{"float_buffer": True}, {"is_data": True}])
+def test_float_images_and_data_are_linear(options):
+    source = image(**options)
+    source.pixels.foreach_set(np.tile(np.array([0.2, 0.2, 0.2, 1], np.float32), 4))
+    pixels = Images().colors(source)
+    assert pixels.dtype == np.float32
+    np.testing.assert_allclose(pixels, 0.2, atol=0.5 / 255)
+
+
+def test_an_image_is_read_once():
+    images, source = Images(), image(opacity=0.5)
+    assert images.colors(source) is images.colors(source)
+    assert images.opacity(source) is images.opacity(source)
+    assert images.colors(source) is not images.colors(image("Other"))
+
+
+def test_packed_images_are_read(tmp_path):
+    source = image()
+    source.filepath_raw, source.file_format = str(tmp_path / "tiles.png"), "PNG"
+    source.save()
+    packed = bpy.data.images.load(source.filepath_raw)
+    packed.pack()
+    (tmp_path / "tiles.png").unlink()
+    np.testing.assert_array_equal(Images().colors(packed)[0, 0], [255, 0, 0])
+
+
+def test_gray_images_have_three_equal_channels(tmp_path):
+    pil = pytest.importorskip("PIL.Image")
+    pil.new("L", (2, 1), 100).save(tmp_path / "gray.png")
+    pixels = Images().colors(bpy.data.images.load(str(tmp_path / "gray.png")))
+    np.testing.assert_array_equal(pixels, np.full((1, 2, 3), 100))
+
+
+def test_a_missing_image_is_magenta_and_named(tmp_path):
+    lost = bpy.data.images.new("Lost", 1, 1)
+    lost.source, lost.filepath = "FILE", str(tmp_path / "lost.png")
+    np.testing.assert_array_equal(Images().colors(lost), [[[1, 0, 1]]])
+    assert problem_of(lost) == 'image "Lost" cannot be loaded'
+    np.testing.assert_array_equal(Images().colors(None), [[[1, 0, 1]]])
+    assert problem_of(None) == "no image is chosen"
+    assert Images().opacity(lost) is Images().opacity(None) is None
+
+
+def test_a_colour_space_that_is_not_known_is_named():
+    source = image()
+    assert problem_of(source) is None
+    source.colorspace_settings.name = "ACEScg"
+    assert "has the colour space ACEScg" in problem_of(source)
+
+
+# Opacity: three quarters, so that a byte holds 191
+
+
+def colors(straight: bool, mode: str = "STRAIGHT", **options) -> np.ndarray:
+    source = image(opacity=0.75, **options)
+    source.alpha_mode = mode
+    return Images().colors(source, straight)[0, 0]
+
+
+def test_bytes_are_multiplied_by_their_opacity_as_they_are_encoded():
+    np.testing.assert_array_equal(colors(straight=False), (191, 0, 0))
+    np.testing.assert_array_equal(colors(straight=True), (255, 0, 0))
+
+
+def test_blender_has_multiplied_the_colours_of_float_images():
+    np.testing.assert_allclose(colors(straight=False, float_buffer=True), (1, 0, 0))
+    np.testing.assert_allclose(colors(straight=True, float_buffer=True), (1 / 0.75, 0, 0), rtol=1e-6)
+
+
+@pytest.mark.parametrize(("mode", "options"), [("NONE", {}), ("CHANNEL_PACKED", {}), ("STRAIGHT", {"is_data": True})])
+def test_colours_that_do_not_belong_to_their_opacity_stay(mode, options):
+    scale = 1 if options else 255
+    np.testing.assert_allclose(colors(straight=False, mode=mode, **options), (scale, 0, 0))
+
+
+def test_opacity():
+    pixels = Images().opacity(image(opacity=0.75))
+    assert (pixels.dtype, pixels.shape) == (np.float32, (2, 2, 3))
+    np.testing.assert_allclose(pixels, 191 / 255)
+
+
+def test_opacity_that_is_1_or_not_used_is_none():
+    source = image(opacity=0.75)
+    source.alpha_mode = "NONE"
+    assert Images().opacity(source) is None
+    assert Images().opacity(image("Opaque")) is None
