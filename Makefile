@@ -35,6 +35,7 @@ docs: .venv/.complete ## make the pictures, measurements and generated parts of 
 	$(run) -m core chart --output out/docs/chart --restart
 	cp out/docs/chart/chart.json docs/data/
 	$(run) -m addon render sample_scenes/still_life.blend --samples 256 --output docs/images/still_life.png
+	$(run) -m addon render sample_scenes/glossy.blend --samples 256 --output docs/images/glossy.png
 	$(run) docs/update.py
 
 lab: .venv/.complete ## make the sampling lab's patterns, scores, figures and charts in out/ (ten minutes)

@@ -99,8 +99,7 @@ class RooksRenderEngine(bpy.types.RenderEngine):
         film = core.render(scene, settings, on_tile, should_cancel)
         speed = "stopped" if film.cancelled else f"{film.samples_per_second / 1e6:.1f} million samples/s"
         self.update_stats("", f"{_intention(settings)}, {speed}")
-        if film.dropped_samples:
-            lost = f"{film.dropped_samples} samples were not finite numbers and were left out"
+        for lost in _losses(film):
             self.report({"WARNING"}, lost)
             worn.warnings.append(lost)
         worn.films.append(film)
@@ -133,6 +132,18 @@ def sample_text(settings: core.settings.RenderSettings) -> str:
     taken = settings.sample_count
     asked = "" if taken == settings.samples else f" ({settings.samples} asked for)"
     return f"{taken} sample{'s' * (taken != 1)} per pixel{asked}"
+
+
+def _losses(film: core.Film) -> list[str]:
+    """What of the picture could not be written as it was computed."""
+    losses = []
+    if film.dropped_samples:
+        losses.append(f"{film.dropped_samples} samples were not finite numbers and were left out")
+    if film.negative_pixels:
+        losses.append(
+            f"{film.negative_pixels} pixels were negative, by lamps or emission below 0, and are black instead"
+        )
+    return losses
 
 
 def _intention(settings: core.settings.RenderSettings) -> str:

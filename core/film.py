@@ -34,7 +34,8 @@ class Film:
     independent: right for random samples, mostly too large for stratified ones, without meaning for regular and
     Hammersley points (which can all agree and all be wrong), 0 where there is but one sample.
     `x` and `y` are the lower left pixel of the film in the full frame, whose size `resolution` is. `dropped_samples`
-    counts samples that were not finite numbers: they are left out of the mean.
+    counts samples that were not finite numbers: they are left out of the mean. `negative_pixels` counts pixels that
+    came out below 0, which light of negative power can do: there they are 0.
     """
 
     x: int
@@ -48,6 +49,7 @@ class Film:
     setup_seconds: float = 0.0
     seconds: float = 0.0
     dropped_samples: int = 0
+    negative_pixels: int = 0
     cancelled: bool = False
 
     def __post_init__(self) -> None:

@@ -37,11 +37,11 @@ from .batch import (
 from .errors import SceneError
 from .frames import tangents, to_world
 from .jit import device, kernel
-from .light_tree import Emitters, LightTree, build_light_tree, choose_emitter, emitter_probability
+from .light_choice import Emitters, LightTree, build_light_tree, choose_emitter, emitter_probability
 from .scene import AreaLight, Light, PointLight, SpotLight, SunLight
 from .warps import one_minus_cos, square_to_cap, square_to_disk
 
-#: With more lamps than these one is chosen at each surface, by `light_tree`: looking at all would cost too much.
+#: With more lamps than these one is chosen at each surface, by `light_choice`: looking at all would cost too much.
 MOST_ONE_BY_ONE = 8
 
 IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2, 3, 4, 5
@@ -122,7 +122,7 @@ _OF_EMITTERS = ("position", "axis_u", "axis_v", "normal", "size", "color")
 
 
 def _emitters(arrays: list[np.ndarray], lights: Sequence[Light]) -> Emitters:
-    """The lamps as `light_tree` sees them."""
+    """The lamps as `light_choice` sees them."""
     position, axis_u, axis_v, normal, size, color = (array.astype(np.float64) for array in arrays)
     is_area = np.array([isinstance(light, AreaLight) for light in lights], bool)
     is_spot = np.array([isinstance(light, SpotLight) for light in lights], bool)

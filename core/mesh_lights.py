@@ -1,6 +1,6 @@
 """Glowing meshes as lights: every triangle that emits can be chosen, and a point of it.
 
-A triangle is chosen by the first number of a sample point, through the tree of `light_tree`; what is left of that
+A triangle is chosen by the first number of a sample point, through the tree of `light_choice`; what is left of that
 number and the second choose the point. So even points are spread evenly over all triangles of a lamp at once.
 """
 
@@ -43,7 +43,7 @@ from .batch import (
     Z,
 )
 from .jit import device, kernel
-from .light_tree import Emitters, LightTree, build_light_tree, choose_emitter, emitter_probability
+from .light_choice import Emitters, LightTree, build_light_tree, choose_emitter, emitter_probability
 from .packing import FIRST_MATERIAL, INSTANCED, LAST_SLOT, MESH, TRIANGLE, VERTEX, Geometry, SceneArrays
 from .programs import NONE, Programs
 from .scene import VISIBLE_TO_SURFACES, Scene

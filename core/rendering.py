@@ -232,6 +232,7 @@ def _render_tiles(
                 for future in finished:
                     bounds, (passes, dropped) = waiting.pop(future), future.result()
                     film.dropped_samples += dropped
+                    film.negative_pixels += _raise_to_black(passes["Combined"])
                     _deliver(film, bounds, passes, len(tiles) - len(waiting), len(tiles), on_tile)
                 if should_cancel is not None and should_cancel():
                     film.cancelled = True
@@ -241,6 +242,13 @@ def _render_tiles(
             stop[0] = 1
             for future in waiting:
                 future.cancel()
+
+
+def _raise_to_black(combined: np.ndarray) -> int:
+    """Write 0 where light that a negative lamp takes away leaves less than none. Returns how many pixels are such."""
+    negative = combined < 0
+    combined[negative] = 0
+    return int(negative.any(axis=2).sum())
 
 
 def _tiles(film: Film, size: int) -> Iterator[tuple[int, int, int, int]]:

@@ -53,7 +53,6 @@ from .lobe_record import KIND, LOBE_SIZE, TRANSPARENT
 from .lobes import (
     ABSORBED,
     DIFFUSE_REFLECTION,
-    DIFFUSE_TRANSMISSION,
     GLOSSY_REFLECTION,
     STRAIGHT,
     sample_lobes,
@@ -214,10 +213,8 @@ def _remember(f: np.ndarray, bits: np.ndarray, i: int, count: int, density: floa
         bits[i + MASK] = np.uint32(VISIBLE_TO_DIFFUSE)
     elif event == GLOSSY_REFLECTION:
         bits[i + MASK] = np.uint32(VISIBLE_TO_GLOSSY)
-    elif event == DIFFUSE_TRANSMISSION:
-        bits[i + MASK] = np.uint32(VISIBLE_TO_TRANSMISSION | VISIBLE_TO_DIFFUSE)
     else:
-        bits[i + MASK] = np.uint32(VISIBLE_TO_TRANSMISSION | VISIBLE_TO_GLOSSY)
+        bits[i + MASK] = np.uint32(VISIBLE_TO_TRANSMISSION)
 
 
 @device

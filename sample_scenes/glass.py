@@ -60,14 +60,14 @@ def lens(scene, location):
     profile = np.concatenate([face, face[::-1] * (1, -1)])
 
     brass = common.principled("Brass", {"Base Color": (0.85, 0.55, 0.20), "Metallic": 1, "Roughness": 0.25})
-    inner, outer, high = LENS_RADIUS, LENS_RADIUS + 0.004, 0.004
-    ring = [(inner, -high), (inner, high), (outer, high), (outer, -high), (inner, -high)]
+    middle, thick, turns = LENS_RADIUS + 0.002, 0.0028, np.linspace(0, 2 * np.pi, 33)
+    ring = np.stack([middle + thick * np.cos(turns), thick * np.sin(turns)], axis=1)
     for name, outline, material in (("Lens", profile, common.glass("Lens")), ("Ring", ring, brass)):
         object_ = common.lathe(scene, name, outline, material, location, steps=128)
         object_.rotation_euler = bpy.data.objects["Window"].rotation_euler
     stand = [(0, 0), (0.022, 0), (0.022, 0), (0.022, 0.003), (0.006, 0.006), (0.003, 0.012), (0.003, 0.012)]
     steepest = np.array((0, 0, -1)) + DOWN_THE_LIGHT[2] * DOWN_THE_LIGHT
-    x, y, stem = location + outer * steepest / np.linalg.norm(steepest)
+    x, y, stem = location + middle * steepest / np.linalg.norm(steepest)
     common.lathe(scene, "Stand", [*common.rounded(stand), (0.003, stem), (0, stem)], brass, (x, y, 0))
 
 

@@ -2,7 +2,7 @@
 
 Five vases of metal and four glazed balls grow rougher from left to right: what they reflect is the same, and blurs. A
 fifth ball has a clear coat over rough metal, and a sixth is rough in every other square. The light is an area light and
-an environment image: evening behind, a window with the sun in one pane before, and two soft boxes. On a smooth surface
+an environment image: dusk behind the row, two soft boxes, and a window with the sun in a pane. On a smooth surface
 it is the surface that must be sampled, on a rough one the light: the scene asks for both.
 """
 
@@ -28,7 +28,7 @@ def studio(width=512, height=256, fine=4):
     """Linear radiance from all directions. Each pixel is the mean of `fine`² points: edges stay smooth."""
     x, y, z = np.moveaxis(common.panorama_directions(width * fine, height * fine), -1, 0)
     picture = evening(y, z)
-    # The camera looks along +y: the soft boxes are left and right of it, the window behind it.
+    # The camera looks along +y: one soft box is to its right, one overhead, the window behind it to its left.
     picture += soft_box(x, y, z, (0.95, -0.35, 0.35), (0.16, 0.55))[..., None] * np.array((7.5, 8.2, 9.0))
     picture += soft_box(x, y, z, (-0.35, 0.1, 1.0), (0.55, 0.3))[..., None] * np.array((4.6, 4.7, 5.0))
     picture = window(picture, x, y, z)

@@ -62,4 +62,5 @@ def assert_alike(of: dict[str, np.ndarray], size: int = REGION, sigmas: float = 
     difference = region_means(ours - theirs, size)
     # And float32's rounding, where a region has no noise at all.
     allowed = sigmas * np.sqrt(variance) + 1e-5 * region_means(theirs, size)
-    assert (np.abs(difference) <= allowed).all(), (np.argwhere(np.abs(difference) > allowed), difference / allowed)
+    beyond = np.abs(difference) > allowed
+    assert not beyond.any(), [(*place, difference[*place], allowed[*place]) for place in np.argwhere(beyond)]

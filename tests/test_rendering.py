@@ -450,6 +450,19 @@ def test_ctrl_c_while_a_thread_starts_does_not_take_the_scene_from_under_it(monk
     assert done == ["traced", "closed"]
 
 
+def test_a_pixel_below_black_is_written_as_black_and_counted():
+    """A lamp of negative power takes light away: half of the floor has some to give."""
+    lights = (
+        AreaLight((0, 0, 1), (1, 0, 0), (0, 1, 0), (-50.0, -50.0, 5.0)),
+        SunLight((0, 0, 1), (1.0, 1.0, 1.0)),
+    )
+    film = render(Scene(camera_down(8, (16, 16)), (Instance(floor(20)),), lights), RenderSettings(samples=16))
+    combined = film.passes["Combined"]
+    assert combined.min() == 0
+    assert 0 < film.negative_pixels == (combined[..., 0] == 0).sum() < 256
+    assert film.dropped_samples == 0
+
+
 def test_what_is_shared_is_closed_once_by_the_last_who_uses_it():
     closed = []
     shared = SharedUse(lambda: closed.append(True))

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from core.jit import kernel
-from core.light_tree import Emitters, LightTree, build_light_tree, choose_emitter, emitter_probability
+from core.light_choice import Emitters, LightTree, build_light_tree, choose_emitter, emitter_probability
 
 #: Significance of the χ² tests: one false alarm in a thousand runs of the file.
 SIGNIFICANCE = 1e-3 / 4
