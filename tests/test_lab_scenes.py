@@ -83,7 +83,10 @@ def test_nothing_but_the_pixel_varies(scene):
     assert share_of_variance(scene((48, 48)), "pixel") == pytest.approx(1, abs=1e-12)
 
 
-@pytest.mark.parametrize(("scene", "domain"), [(scenes.defocus, "lens"), (scenes.penumbra, "light")])
+@pytest.mark.parametrize(
+    ("scene", "domain"),
+    [(scenes.defocus, "lens"), (scenes.penumbra, "light"), (scenes.hemisphere, "bsdf"), (scenes.lobe, "bsdf")],
+)
 def test_one_domain_has_nearly_all_of_the_variance(scene, domain):
     assert share_of_variance(scene((64, 64)), domain) >= 0.95
     pixel = share_of_variance(scene((64, 64)), "pixel")
@@ -203,8 +206,19 @@ def test_the_penumbra_is_lamberts_formula_for_what_the_blocker_leaves():
     assert agrees(pictures(scene, samples=64)[:, judged], expected[judged] / np.pi)
 
 
+def test_a_light_found_by_chance_casts_the_same_shadow():
+    """The matt floor under the panel is that under the light, whose pictures have a closed form."""
+    found, sampled = (pictures(make((8, 6)), samples=256) for make in (scenes.hemisphere, scenes.penumbra))
+    judged = not_rare(sampled.mean(axis=0) / sampled.mean(axis=0).max())
+    assert agrees(found[:, judged] - sampled[:, judged], np.zeros(judged.sum()))
+
+
 def test_every_scene_fills_any_picture_with_finite_numbers():
-    for scene in (scenes.checkerboard, scenes.sharp_edge, scenes.defocus, scenes.penumbra, scenes.everything):
+    makers = (
+        *(scenes.checkerboard, scenes.sharp_edge, scenes.defocus, scenes.penumbra),
+        *(scenes.hemisphere, scenes.lobe, scenes.box, scenes.everything),
+    )
+    for scene in makers:
         for resolution in ((4, 4), (31, 8), (8, 31)):
             film = render(scene(resolution), RenderSettings(samples=4, threads=1))
             assert film.dropped_samples == 0

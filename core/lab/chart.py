@@ -58,10 +58,30 @@ class RenderedSubject:
 #: So narrow that a pixel's samples all go through its middle: the pixel then has no variance of its own.
 _POINT_PIXEL = {"pixel_filter": "blackman_harris", "filter_width": 0.01}
 _EDGE = "that of a straight edge, for sets left to chance"
+
+
+def _halved(resolution: tuple[int, int]) -> tuple[int, int]:
+    """Long paths take long: of them the chart takes smaller pictures."""
+    width, height = resolution
+    return max(width // 2, 1), max(height // 2, 1)
+
+
 RENDERED = {
     "pixel": RenderedSubject("Pixel: checkerboard to the horizon", scenes.checkerboard, {}, None, "of Random alone"),
     "lens": RenderedSubject("Lens: edge out of focus", scenes.defocus, _POINT_PIXEL, "half_plane", _EDGE),
     "light": RenderedSubject("Light: penumbra", scenes.penumbra, _POINT_PIXEL, "half_plane", _EDGE),
+    "hemisphere": RenderedSubject("BSDF: matt floor", scenes.hemisphere, _POINT_PIXEL, None, "of Random alone"),
+    "lobe": RenderedSubject("BSDF: glossy floor", scenes.lobe, _POINT_PIXEL, None, "of Random alone"),
+    **{
+        f"box{bounces}": RenderedSubject(
+            f"Path: room, {bounces} bounce{'s' * (bounces > 1)}",
+            lambda resolution: scenes.box(_halved(resolution)),
+            _POINT_PIXEL | {"max_bounces": bounces, "diffuse_bounces": bounces},
+            None,
+            "of Random alone",
+        )
+        for bounces in (1, 2, 4, 8)
+    },
     "all": RenderedSubject("Pixel, lens, lights and surfaces", scenes.everything, {}, None, "of Random alone"),
 }
 SUBJECTS = (*integrands.INTEGRANDS, *RENDERED)

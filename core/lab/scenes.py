@@ -1,10 +1,10 @@
-"""Small scenes for figures and charts, each of which leaves one domain of sampling to chance: pixel, lens or lights.
+"""Small scenes for figures and charts, each of which leaves one domain of sampling to chance: pixel, lens, light, BSDF.
 
 What a domain adds to a picture's variance is measured with one random sample per pixel (Sobol 1993): its share is the
 variance of the mean over all other domains, divided by the whole variance. What several domains share is nobody's.
 
-No scene but the last two needs chance in its lighting. Their surfaces are lit by a sun of no size that casts no
-shadows and are all turned to it alike, so that what a surface sends to the camera is its albedo.
+`checkerboard`, `sharp_edge` and `defocus` need no chance in their lighting. Their surfaces are lit by a sun of no size
+that casts no shadows and are all turned to it alike, so that what a surface sends to the camera is its albedo.
 """
 
 from __future__ import annotations
@@ -14,8 +14,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..scene import VISIBLE_TO_SHADOWS, AreaLight, Camera, Instance, Material, Mesh, Scene, SunLight
-from ..shaders import Diffuse
+from ..scene import (
+    VISIBLE_TO_SHADOWS,
+    VISIBLE_TO_SURFACES,
+    AreaLight,
+    Camera,
+    Instance,
+    Material,
+    Mesh,
+    Scene,
+    SunLight,
+)
+from ..shaders import Diffuse, Emission, Glossy, Shader
 from ..values import UV, Checker
 from .chess_rook import chess_rook
 
@@ -133,6 +143,59 @@ def penumbra(resolution: tuple[int, int] = (128, 128)) -> Scene:
     )
     hidden = Instance(blocker.mesh, blocker.matrix, blocker.materials, VISIBLE_TO_SHADOWS)
     return Scene(camera, (Instance(floor, materials=(Material("white", Diffuse((1.0, 1.0, 1.0))),)), hidden), (light,))
+
+
+def hemisphere(resolution: tuple[int, int] = (128, 128)) -> Scene:
+    """The same shadow, its light found by chance: all directions above a matt floor are tried. Varies: the BSDF."""
+    return _found_by_chance(resolution, Diffuse((1.0, 1.0, 1.0)))
+
+
+def lobe(resolution: tuple[int, int] = (128, 128)) -> Scene:
+    """The same on a floor of rough metal: the directions of a GGX lobe of roughness 0.3 are tried. Varies: the BSDF."""
+    return _found_by_chance(resolution, Glossy((1.0, 1.0, 1.0), 0.3, "ggx"))
+
+
+def _found_by_chance(resolution: tuple[int, int], surface: Shader) -> Scene:
+    """`penumbra` with a glowing panel in place of the light, which only rays off the floor find."""
+    shadow = penumbra(resolution)
+    panel = _rectangle("panel", (0, 0, LIGHT_HEIGHT), (LIGHT_SIDE, 0, 0), (0, LIGHT_SIDE, 0))
+    glow = Material("glow", Emission((1.0, 1.0, 1.0), LIGHT_RADIANCE), sample_as_light=False)
+    floor, blocker = shadow.instances
+    return Scene(
+        shadow.camera,
+        (
+            Instance(floor.mesh, materials=(Material("floor", surface),)),
+            Instance(blocker.mesh, blocker.matrix, (Material("black", None),), VISIBLE_TO_SURFACES),
+            Instance(panel, materials=(glow,), visibility=VISIBLE_TO_SURFACES),
+        ),
+    )
+
+
+def box(resolution: tuple[int, int] = (128, 128)) -> Scene:
+    """A closed room, 2 m wide, one wall red and one green, with a block in it and a lamp under its ceiling.
+
+    Varies: the light and the BSDF at every bounce, as many as are allowed; the more there are, the more dimensions a
+    path has.
+    """
+    aspect = resolution[1] / resolution[0]
+    camera = Camera(_translation(0, 0, 0.98), resolution, (-0.8, 0.8, -0.8 * aspect, 0.8 * aspect), clip_start=0.0)
+    white, red, green = (
+        Material(name, Diffuse(color))
+        for name, color in (("white", (0.75,) * 3), ("red", (0.6, 0.08, 0.06)), ("green", (0.1, 0.45, 0.12)))
+    )
+    walls = (
+        (_rectangle("back", (0, 0, -1), (2, 0, 0), (0, 2, 0)), white),
+        (_rectangle("front", (0, 0, 1), (2, 0, 0), (0, 2, 0)), white),
+        (_rectangle("floor", (0, -1, 0), (2, 0, 0), (0, 0, 2)), white),
+        (_rectangle("ceiling", (0, 1, 0), (2, 0, 0), (0, 0, 2)), white),
+        (_rectangle("left", (-1, 0, 0), (0, 2, 0), (0, 0, 2)), red),
+        (_rectangle("right", (1, 0, 0), (0, 2, 0), (0, 0, 2)), green),
+        (_rectangle("top of the block", (0.35, -0.4, -0.4), (0.6, 0, 0.2), (-0.2, 0, 0.6)), white),
+        (_rectangle("side of the block", (0.25, -0.7, -0.1), (0.6, 0, 0.2), (0, 0.6, 0)), white),
+        (_rectangle("other side of the block", (0.05, -0.7, -0.5), (-0.2, 0, 0.6), (0, 0.6, 0)), white),
+    )
+    lamp = AreaLight((0, 0.98, -0.1), (0.5, 0, 0), (0, 0, -0.5), (12.0, 11.0, 9.0))
+    return Scene(camera, tuple(Instance(mesh, materials=(material,)) for mesh, material in walls), (lamp,))
 
 
 def everything(resolution: tuple[int, int] = (384, 256)) -> Scene:
