@@ -32,6 +32,7 @@ from .batch import (
     SHADING_NORMAL,
     SIDE,
     T_FAR,
+    THROUGHPUT,
     Batch,
     Y,
     Z,
@@ -81,13 +82,19 @@ def find_surfaces(batch: Batch, scene: SceneArrays, packets: int) -> None:
                 if bits[i + PRIMITIVE] == INVALID:
                     bits[i + MATERIAL] = world
                     if bits[i + MASK] == np.uint32(VISIBLE_TO_CAMERA):
-                        f[i + ALPHA] = _ZERO
+                        f[i + ALPHA] = _ONE - _mean_throughput(f, i)
                 else:
                     _find_surface(f, bits, geometry, i, hit_placement(bits, i), np.int64(bits[i + PRIMITIVE]))
                 material = bits[i + MATERIAL]
                 bits[i + LOBE_COUNT] = np.uint32(0)
                 store(f, i + ALBEDO, albedo[material, 0], albedo[material, 1], albedo[material, 2])
                 store(f, i + EMISSION, emission[material, 0], emission[material, 1], emission[material, 2])
+
+
+@device
+def _mean_throughput(f: np.ndarray, i: int) -> float:
+    """What of the world the camera sees through transparent surfaces in lane i, as Cycles has it in a film's alpha."""
+    return (f[i + THROUGHPUT] + f[i + THROUGHPUT + Y] + f[i + THROUGHPUT + Z]) * np.float32(1 / 3)
 
 
 @device

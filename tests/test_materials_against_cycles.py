@@ -415,8 +415,9 @@ def test_an_object_is_hidden_from_rays_of_a_kind_as_in_cycles(kinds, name, scene
     plastic_and_glass(scene)
     for kind in kinds:
         setattr(bpy.data.objects[name], f"visible_{kind}", False)
-    # What blocks light samples but not rays that scatter, or the reverse, shows how an engine weights the two.
-    bpy.data.objects[name].visible_shadow = kinds == ("camera",)
+    # What blocks light samples but not the rays that scatter at the same place, or the reverse, shows how an engine
+    # weights the two.
+    bpy.data.objects[name].visible_shadow = not {"diffuse", "glossy"} & {*kinds}
     check(scene, tmp_path)
 
 
@@ -456,5 +457,9 @@ def test_a_transparent_film_is_as_opaque_as_in_cycles(name, scene, tmp_path):
     scene.render.film_transparent = True
     scene.render.image_settings.color_mode = "RGBA"
     bpy.data.objects["Floor"].visible_camera = False
+    # A dim, even light: the film is what is looked at here, and it shows nothing beside the ball and the tile.
+    for name_of_lamp in ("Area", "Point"):
+        bpy.data.objects.remove(bpy.data.objects[name_of_lamp])
+    environment(scene, (slice(18, 30), slice(34, 50), 1.0))
     put_on((MATERIALS | GRAPHS)[name]())
     check(scene, tmp_path)
