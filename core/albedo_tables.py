@@ -22,10 +22,10 @@ import numpy as np
 
 from .jit import device
 from .microfacet import bends_nothing, is_smooth, reach
+from .warps import HALF, ONE, ZERO
 
 FILE = Path(__file__).with_name("ggx_albedo.npz")
 
-ZERO, HALF, ONE = (np.float32(number) for number in (0, 0.5, 1))
 TWO_THIRDS = np.float32(2 / 3)
 #: Keeps a ratio of cosines from being 0 / 0.
 TINY = np.float32(1e-20)

@@ -59,31 +59,32 @@ SIDE = 63 * LANES  # 1 where it was hit from the front, -1 from the back
 EMISSION = 64 * LANES  # (3) towards the viewer, W/(m² sr)
 LOBE_COUNT = 67 * LANES  # uint32: how many lobes it has; 0: it is Lambertian
 # The light sample.
-LIGHT_COLOR = 68 * LANES  # (3) where each lane has its own: radiance × π, divided by the sample's density
+LIGHT_COLOR = 68 * LANES  # (3) where each lane has its own: radiance / (π × the sample's density), or as for `lights`
 LIGHT_SPREAD = 71 * LANES  # 1 / the sample's density, steradians; 0 for a light without a size
-REFLECTED = 72 * LANES  # (3) what of the light the surface reflects to the viewer, × π
+LIGHT_VISIBILITY = 72 * LANES  # uint32: bits of `scene`
+REFLECTED = 73 * LANES  # (3) what of the light the surface reflects to the viewer, × π
+# The triangle that the light sample is on.
+EMITTER = 76 * LANES  # uint32: its number in `mesh_lights`
+CHOSEN_CHANCE = 77 * LANES  # the probability with which it was chosen
+CHOSEN_V = 78 * LANES  # barycentric coordinates of the point that was chosen of it
+CHOSEN_W = 79 * LANES
 # How the path came here, for multiple importance sampling. A ray that passes through a transparent surface remembers.
-SPREAD = 75 * LANES  # 1 / the density of its direction, steradians; 0 from the camera and off mirrors
-SEES_LAMPS = 76 * LANES  # 1 where lamps that it meets count
-RECEIVER = 77 * LANES  # (3) the normal where it last scattered, 0 where light can come from both sides
-PASSED = 80 * LANES  # how far it has gone since, through transparent surfaces, metres
-# What it may still do.
-LAST = 81 * LANES  # NOT_LAST, ...
-DIFFUSE_LEFT = 82 * LANES
-GLOSSY_LEFT = 83 * LANES
-TRANSMISSION_LEFT = 84 * LANES
-TRANSPARENT_LEFT = 85 * LANES
-BOUNCES_LEFT = 86 * LANES
-LIGHT_VISIBILITY = 87 * LANES  # uint32: bits of `scene`, of the light sample
-EMITTER = 88 * LANES  # uint32: the light that was chosen
-CHOSEN_CHANCE = 93 * LANES  # the probability with which it was
-CHOSEN_V = 91 * LANES  # barycentric coordinates of the point that was chosen of a triangle
-CHOSEN_W = 92 * LANES
-CHOICE = 89 * LANES  # (2) the point looked up for the choice of a lobe, and for Russian roulette
+SPREAD = 80 * LANES  # 1 / the density of its direction, steradians; 0 from the camera and off mirrors
+SEES_LAMPS = 81 * LANES  # 1 where lamps that it meets count
+RECEIVER = 82 * LANES  # (3) the normal where it last scattered, 0 where light can come from both sides
+PASSED = 85 * LANES  # how far it has gone since, through transparent surfaces, metres
+# How it goes on.
+CHOICE = 86 * LANES  # (2) the point looked up for the choice of a lobe, and for Russian roulette
+LAST = 88 * LANES  # 0 while the next surface is shaded, else LAST_OPAQUE or LAST_SURFACE
+DIFFUSE_LEFT = 89 * LANES  # the bounces of each kind that are left
+GLOSSY_LEFT = 90 * LANES
+TRANSMISSION_LEFT = 91 * LANES
+TRANSPARENT_LEFT = 92 * LANES
+BOUNCES_LEFT = 93 * LANES  # and of all kinds together
 PACKET = 94 * LANES
 
-#: Values of LAST: the next surface is shaded; only its emission and what lies behind it count; only its emission does.
-NOT_LAST, LAST_OPAQUE, LAST_SURFACE = np.float32(0), np.float32(1), np.float32(2)
+#: Values of LAST: of the next surface only its emission counts, and what lies straight behind it; only its emission.
+LAST_OPAQUE, LAST_SURFACE = np.float32(1), np.float32(2)
 
 #: Rows of an Embree ray and of its hit.
 RAY_ROWS, RAY_HIT_ROWS = 12, 21

@@ -51,8 +51,9 @@ from .lobe_record import (
     TRANSPARENT,
     WEIGHT,
 )
+from .warps import ONE, TWO, ZERO, clamp01
 
-ZERO, ONE, TWO, THREE = (np.float32(number) for number in (0, 1, 2, 3))
+THREE = np.float32(3)
 #: Lobes of less weight than this, and roughnesses of matt surfaces, are left out.
 CUTOFF = np.float32(1e-5)
 INFINITY = np.float32(np.inf)
@@ -98,8 +99,8 @@ def append_diffuse(
 ) -> int:
     """Diffuse BSDF: Lambert's lobe, or above a roughness of 0 Oren and Nayar's."""
     rough = roughness >= CUTOFF
-    lobes[at + ALPHA] = clamp(roughness)
-    set_color(lobes, at + REFLECTION_TINT, clamp(r), clamp(g), clamp(b))
+    lobes[at + ALPHA] = clamp01(roughness)
+    set_color(lobes, at + REFLECTION_TINT, clamp01(r), clamp01(g), clamp01(b))
     r, g, b = weight * r, weight * g, weight * b
     return append_lobe(lobes, at, OREN_NAYAR if rough else LAMBERT, r, g, b, ONE, nx, ny, nz)
 
@@ -149,7 +150,7 @@ def append_glossy(
 ) -> int:
     """Glossy BSDF: facets that mirror everything, tinted."""
     nx, ny, nz = specular_normal(view, nx, ny, nz)
-    roughness = clamp(roughness)
+    roughness = clamp01(roughness)
     single, mean = one_bounce(tables, multiscatter, roughness, view.x * nx + view.y * ny + view.z * nz)
     set_facets(lobes, at, roughness, ONE, NO_FRESNEL)
     r *= weight * brightening(single, mean, r)
@@ -178,7 +179,7 @@ def append_cosine_power(
     and cosᵉ like exp(-e (2θ)² / 2): the exponent is 1 / (2 alpha²), less 1/2 so that it is 0 for a roughness of 1.
     """
     nx, ny, nz = specular_normal(view, nx, ny, nz)
-    alpha = clamp(roughness) * clamp(roughness)
+    alpha = clamp01(roughness) * clamp01(roughness)
     sharp = TWO * alpha * alpha < ONE / LARGEST_EXPONENT
     exponent = (ONE - alpha * alpha) / max(TWO * alpha * alpha, ONE / LARGEST_EXPONENT)
     set_facets(lobes, at, ZERO, ONE, NO_FRESNEL)
@@ -207,10 +208,10 @@ def append_tinted_metal(
     tables: AlbedoTables,
 ) -> int:
     """Metallic BSDF, F82 tint: (r, g, b) head on, tinted by the edge's colour near 82 degrees."""
-    set_color(lobes, at + F0, clamp(r), clamp(g), clamp(b))
-    set_color(lobes, at + F90, clamp(edge_r), clamp(edge_g), clamp(edge_b))
+    set_color(lobes, at + F0, clamp01(r), clamp01(g), clamp01(b))
+    set_color(lobes, at + F90, clamp01(edge_r), clamp01(edge_g), clamp01(edge_b))
     nx, ny, nz = specular_normal(view, nx, ny, nz)
-    return append_f82(lobes, at, weight, weight, weight, clamp(roughness), multiscatter, nx, ny, nz, view, tables)
+    return append_f82(lobes, at, weight, weight, weight, clamp01(roughness), multiscatter, nx, ny, nz, view, tables)
 
 
 @subroutine
@@ -229,7 +230,7 @@ def append_f82(
     tables: AlbedoTables,
 ) -> int:
     """Metal whose record has the colour head on in F0 and the edge's tint in F90; (r, g, b) is its weight."""
-    cosine = clamp(view.x * nx + view.y * ny + view.z * nz)
+    cosine = clamp01(view.x * nx + view.y * ny + view.z * nz)
     single, mean = one_bounce(tables, multiscatter, roughness, cosine)
     share = schlick_share(tables, roughness, cosine)
     f0_r, f0_g, f0_b = lobes[at + F0], lobes[at + F0 + 1], lobes[at + F0 + 2]
@@ -267,9 +268,9 @@ def append_conductor(
     """Metallic BSDF, physical conductor: index of refraction n and extinction k of each channel."""
     n_r, n_g, n_b = max(n_r, ZERO), max(n_g, ZERO), max(n_b, ZERO)
     k_r, k_g, k_b = max(k_r, ZERO), max(k_g, ZERO), max(k_b, ZERO)
-    roughness = clamp(roughness)
+    roughness = clamp01(roughness)
     nx, ny, nz = specular_normal(view, nx, ny, nz)
-    cosine = clamp(view.x * nx + view.y * ny + view.z * nz)
+    cosine = clamp01(view.x * nx + view.y * ny + view.z * nz)
     single, mean = one_bounce(tables, multiscatter, roughness, cosine)
     set_color(lobes, at + F0, n_r, n_g, n_b)
     set_color(lobes, at + F90, k_r, k_g, k_b)
@@ -306,7 +307,7 @@ def append_glass(
     set_color(lobes, at + TRANSMISSION_TINT, r, g, b)
     nx, ny, nz = specular_normal(view, nx, ny, nz)
     return append_dielectric(
-        lobes, at, weight, weight, weight, clamp(roughness), ior, multiscatter, nx, ny, nz, view, tables
+        lobes, at, weight, weight, weight, clamp01(roughness), ior, multiscatter, nx, ny, nz, view, tables
     )
 
 
@@ -332,14 +333,14 @@ def append_dielectric(
     """
     index = max(ior, LEAST_INDEX)
     eta = index if view.front else ONE / index
-    cosine = clamp(view.x * nx + view.y * ny + view.z * nz)
+    cosine = clamp01(view.x * nx + view.y * ny + view.z * nz)
     single, mean = glass_albedo(tables, roughness, cosine, eta) if multiscatter else (ONE, ONE)
     seen = ZERO
     reflectance = dielectric_reflectance(cosine, eta)
     for channel in range(3):
         tint = lobes[at + TRANSMISSION_TINT + channel]
         seen += (reflectance * lobes[at + REFLECTION_TINT + channel] + (ONE - reflectance) * tint) / THREE
-        lobes[at + F0 + channel] = clamp(f0_from_ior(index) * lobes[at + F0 + channel])
+        lobes[at + F0 + channel] = clamp01(f0_from_ior(index) * lobes[at + F0 + channel])
         lobes[at + F90 + channel] = ONE
     lobes[at + EXPONENT] = -eta
     set_facets(lobes, at, roughness, eta, SCHLICK)
@@ -367,7 +368,7 @@ def append_refraction(
     """Refraction BSDF."""
     index = max(ior, LEAST_INDEX)
     nx, ny, nz = specular_normal(view, nx, ny, nz)
-    set_facets(lobes, at, clamp(roughness), index if view.front else ONE / index, NO_FRESNEL)
+    set_facets(lobes, at, clamp01(roughness), index if view.front else ONE / index, NO_FRESNEL)
     return append_lobe(lobes, at, GGX_REFRACTION, weight * r, weight * g, weight * b, ONE, nx, ny, nz)
 
 
@@ -438,7 +439,7 @@ def brightening(single: float, mean: float, fresnel: float) -> float:
     `single` is the share that one bounce leaves in the viewer's direction, `mean` on average, of facets without
     Fresnel; `fresnel` is what the facets reflect on average (Kulla and Conty 2017, appendix).
     """
-    share = clamp(fresnel)
+    share = clamp01(fresnel)
     return ONE + share * mean / (ONE - share * (ONE - mean)) * (ONE - single) / single
 
 
@@ -467,15 +468,9 @@ def mean_conductor_reflectance(n: float, k: float) -> float:
 
 
 @device
-def clamp(value: float) -> float:
-    """Into 0 to 1."""
-    return min(max(value, ZERO), ONE)
-
-
-@device
 def one_bounce(tables: AlbedoTables, multiscatter: bool, roughness: float, cosine: float) -> tuple[float, float]:
     """What `brightening` needs to know of mirrors: nothing is missing where nothing is to be given back."""
-    return mirrors_albedo(tables, roughness, clamp(cosine)) if multiscatter else (ONE, ONE)
+    return mirrors_albedo(tables, roughness, clamp01(cosine)) if multiscatter else (ONE, ONE)
 
 
 @device

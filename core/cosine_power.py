@@ -6,17 +6,10 @@ head on (Lewis 1994). The part of the lobe below the horizon is lost, so it dark
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from .jit import device
-from .warps import square_to_disk
-
-ZERO, HALF, ONE, TWO = (np.float32(number) for number in (0, 0.5, 1, 2))
-INV_TWO_PI = np.float32(0.5 / math.pi)
-#: The largest float32 below 1.
-LARGEST = np.float32(1 - 2**-24)
+from .warps import BELOW_ONE, HALF, INV_TWO_PI, ONE, TWO, ZERO, square_to_disk
 
 
 @device
@@ -47,7 +40,7 @@ def square_to_cosine_power(u: float, v: float, exponent: float) -> tuple[float, 
     """A direction on the side of +z, as likely as the power of its z: a disk bent so that it keeps area."""
     x, y = square_to_disk(u, v)
     radius_squared = x * x + y * y
-    log_z = np.log1p(-min(radius_squared, LARGEST)) / (exponent + ONE)
+    log_z = np.log1p(-min(radius_squared, BELOW_ONE)) / (exponent + ONE)
     sine = np.sqrt(-np.expm1(TWO * log_z))
     scale = sine / np.sqrt(radius_squared) if radius_squared > ZERO else ZERO
     return scale * x, scale * y, np.exp(log_z)

@@ -14,10 +14,8 @@ import math
 import numpy as np
 
 from .jit import device
+from .warps import INV_PI, ONE, PI, TWO, ZERO
 
-ZERO, HALF, ONE, TWO = (np.float32(number) for number in (0, 0.5, 1, 2))
-PI = np.float32(math.pi)
-INV_PI = np.float32(1 / math.pi)
 TWO_THIRDS = np.float32(2 / 3)
 #: What a roughness of 1 takes from a surface that is seen or lit along itself.
 GRAZING = np.float32(math.pi / 2 - 2 / 3)

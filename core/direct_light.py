@@ -43,13 +43,14 @@ from .batch import (
 )
 from .jit import device, kernel
 from .lights import LightArrays
-from .lobe_record import LOBE_SIZE
-from .lobes import evaluate_lobes
+from .lobes import evaluate_lobes, first_lobe
 from .scene import VISIBLE_TO_DIFFUSE
 from .surface import JUST_AHEAD
 from .warps import INV_PI, PI
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
+#: The share of the way to a lamp that is looked along: a lamp that lies in a surface is not shadowed by that surface.
+_SHORT_OF_LAMP = np.float32(1 - 2.0**-18)
 
 
 class Clamp(NamedTuple):
@@ -63,10 +64,6 @@ class Clamp(NamedTuple):
 def clamp_limit(f: np.ndarray, clamp: Clamp, i: int, free: int) -> float:
     """The limit for a path of lane i; there is none as long as it has bounced at most `free` times."""
     return clamp.limit if f[i + BOUNCES_LEFT] < clamp.bounces - np.float32(free) else np.float32(np.inf)
-
-
-#: The share of the way to a lamp that is looked along: a lamp that lies in a surface is not shadowed by that surface.
-_SHORT_OF_LAMP = np.float32(1 - 2.0**-18)
 
 
 @kernel
@@ -152,7 +149,7 @@ def _evaluate(
     f, bits = batch.floats, batch.bits
     vx, vy, vz = f[i + DIRECTION], f[i + DIRECTION + Y], f[i + DIRECTION + Z]
     scale = -_ONE / np.float32(math.sqrt(vx * vx + vy * vy + vz * vz))
-    first = (i // PACKET * LANES + i % PACKET) * lobe_stride * LOBE_SIZE
+    first = first_lobe(i, lobe_stride)
     return evaluate_lobes(
         batch.lobes,
         first,

@@ -98,6 +98,17 @@ def _add(f: np.ndarray, i: int, red: float, green: float, blue: float, limit: fl
 
 
 @device
+def _scattered_at(f: np.ndarray, i: int) -> tuple[float, float, float]:
+    """Where the ray of lane i left the surface that it last scattered on, before all that it has passed through."""
+    back = f[i + PASSED]
+    return (
+        f[i + ORIGIN] - back * f[i + DIRECTION],
+        f[i + ORIGIN + Y] - back * f[i + DIRECTION + Y],
+        f[i + ORIGIN + Z] - back * f[i + DIRECTION + Z],
+    )
+
+
+@device
 def _spread_of_world(f: np.ndarray, environment: EnvironmentMap, i: int) -> float:
     if len(environment.density) == 0:
         return np.float32(np.inf)
@@ -112,7 +123,7 @@ def _spread_of_surface(f: np.ndarray, bits: np.ndarray, emitters: MeshLights, i:
         return np.float32(np.inf)
     x, y, z = f[i + DIRECTION], f[i + DIRECTION + Y], f[i + DIRECTION + Z]
     back = f[i + PASSED]
-    ox, oy, oz = f[i + ORIGIN] - back * x, f[i + ORIGIN + Y] - back * y, f[i + ORIGIN + Z] - back * z
+    ox, oy, oz = _scattered_at(f, i)
     nx, ny, nz = f[i + RECEIVER], f[i + RECEIVER + Y], f[i + RECEIVER + Z]
     distance = back + f[i + T_FAR]
     facing = abs(x * f[i + GEOMETRIC_NORMAL] + y * f[i + GEOMETRIC_NORMAL + Y] + z * f[i + GEOMETRIC_NORMAL + Z])
@@ -139,7 +150,7 @@ def _add_lamp(batch: Batch, lights: LightArrays, light: int, clamp: Clamp, i: in
         return
     x, y, z = f[i + DIRECTION], f[i + DIRECTION + Y], f[i + DIRECTION + Z]
     back = f[i + PASSED]
-    ox, oy, oz = f[i + ORIGIN] - back * x, f[i + ORIGIN + Y] - back * y, f[i + ORIGIN + Z] - back * z
+    ox, oy, oz = _scattered_at(f, i)
     distance, spread = _meet(lights, light, ox, oy, oz, x, y, z)
     end = back + f[i + T_FAR] if bits[i + PRIMITIVE] != INVALID else np.float32(np.inf)
     if (distance < back) | (distance > end) | (spread <= _ZERO):

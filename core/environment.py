@@ -20,6 +20,7 @@ import numpy as np
 from .arctangent import arctan2
 from .jit import device, kernel, subroutine
 from .warps import (
+    BELOW_ONE,
     HALF,
     INV_PI,
     INV_TWO_PI,
@@ -41,7 +42,6 @@ _LUMINANCE = np.array((0.2126, 0.7152, 0.0722), np.float32)
 #: Directions keep so far off a cell's border, in units of the whole panorama's width or height, that rounding puts
 #: none of them on the other side: 3 times the largest error of `direction_to_panorama`.
 _CLEARANCE = np.float32(5e-7)
-_BELOW_ONE = np.float32(1 - 2**-24)
 
 
 @device
@@ -84,6 +84,18 @@ class EnvironmentMap(NamedTuple):
     column_sums: np.ndarray  # (h, w + 1) of each row, over its columns
     column_guide: np.ndarray  # (h, H) uint16, likewise
     cap_depth: np.ndarray  # (h + 1,) 1 - cos of the angle that the first k rows span from the pole
+
+
+#: Of a world that is not sampled.
+NO_ENVIRONMENT = EnvironmentMap(
+    np.float32(1),
+    np.zeros((0, 0), np.float32),
+    np.zeros(0, np.float32),
+    np.zeros(0, np.uint16),
+    np.zeros((0, 0), np.float32),
+    np.zeros((0, 0), np.uint16),
+    np.zeros(0, np.float32),
+)
 
 
 def build_environment(radiance: np.ndarray) -> EnvironmentMap:
@@ -184,7 +196,7 @@ def sample_environment(environment: EnvironmentMap, u: float, v: float) -> tuple
         i, j, across, along = _spread_evenly(environment, u, v / even_share)
     else:
         # Rounding may lift the largest v to 1.
-        i, j, across, along = _follow_brightness(environment, u, min((v - even_share) / (ONE - even_share), _BELOW_ONE))
+        i, j, across, along = _follow_brightness(environment, u, min((v - even_share) / (ONE - even_share), BELOW_ONE))
     dx, dy, dz = _direction_in_cell(environment, i, j, across, along)
     return dx, dy, dz, environment.density[i, j]
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from .jit import device
-
-ONE = np.float32(1)
+from .warps import ONE, ZERO
 
 
 @device
 def tangents(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
     """Two unit vectors that make a right-handed base with the unit vector (x, y, z) (Duff et al. 2017)."""
-    sign = ONE if z >= np.float32(0) else -ONE
+    sign = ONE if z >= ZERO else -ONE
     a = -ONE / (sign + z)
     b = x * y * a
     return ONE + sign * x * x * a, sign * b, -sign * x, b, sign + y * y * a, -y

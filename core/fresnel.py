@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from .jit import device
+from .warps import HALF, ONE, TWO, ZERO
 
-ZERO, HALF, ONE, TWO = (np.float32(number) for number in (0, 0.5, 1, 2))
 #: Below any cosine that matters: keeps the ratios of rays along the surface from being 0 / 0.
 TINY = np.float32(1e-9)
 #: The F82 model's second angle has the cosine 1/7: (1 - 1/7)⁵, and 7 / (1 - 1/7)⁶.

@@ -85,6 +85,9 @@ class Ways(NamedTuple):
     lamps_can_be_met: bool
     can_pass: bool  # light can go straight through a surface
     hide_world: bool  # from the camera: the film is transparent
+    # At each surface: one of each lamp, or after the first of them one of all others; then one of all glowing meshes,
+    # if there are any; then one of the world, if that is sampled.
+    light_samples: int
     steps: int  # surfaces at which a path can be lit and scattered, or pass straight through
 
 
@@ -157,7 +160,7 @@ def render_blocks(
             if not _end_paths(batch, lobe_stride, packets) or step == ways.steps:
                 break
             # Light the surfaces.
-            for sample in range(_light_samples(frame.lights, ways)):
+            for sample in range(ways.light_samples):
                 _sample_a_light(batch, side, frame, block, step, sample)
             # Scatter, and go on.
             last = step == ways.steps - 1
@@ -224,21 +227,13 @@ def _end_paths(batch: Batch, lobe_stride: int, packets: int) -> bool:
 
 
 @device
-def _light_samples(lights: LightArrays, ways: Ways) -> int:
-    """How many light samples are taken at each surface: one of each lamp, or after the first of them one of all others;
-    then one of all glowing meshes, if there are any; then one of the world, if that is sampled.
-    """
-    return lights.each + ways.chooses_lamps + ways.has_emitters + ways.has_environment
-
-
-@device
 def _sample_a_light(batch: Batch, side: Batch, frame: Frame, block: Block, step: int, sample: int) -> None:
     """Take light sample number `sample` at the surfaces that the paths have reached, and add its light."""
     ways, lights, scene, packets = frame.ways, frame.lights, frame.scene, block.packets
     is_lamp = sample < lights.each
     rest = sample - lights.each
     if not is_lamp or lights.extended[sample]:
-        _look_up(batch, POINT, frame.points.light, step * _light_samples(lights, ways) + sample, block)
+        _look_up(batch, POINT, frame.points.light, step * ways.light_samples + sample, block)
     looks_aside = False
     if is_lamp:
         sample_light(batch, lights, sample, packets)

@@ -16,8 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .batch import ACTIVE, LAST, LOBE_COUNT, POINT, POSITION, SHADING_NORMAL, Batch, Y, Z
 from .jit import device, subroutine
-from .warps import ONE, ZERO
+from .warps import BELOW_ONE, ONE, ZERO
 
 #: Columns of `LightTree.nodes`: centre (3) and squared radius of the sphere around the emitters; the axis (3) of the
 #: cone of their normals, cosine and sine of half its angle, the cosine of how far off its normal an emitter shines,
@@ -30,7 +31,6 @@ _COLUMNS = 12
 NEAR = np.float32(2)
 #: Bounds are widened by so much that rounding makes none of them too tight.
 _SLACK = np.float32(1e-3)
-_LARGEST_REST = np.float32(1 - 2.0**-24)
 
 
 class LightTree(NamedTuple):
@@ -168,9 +168,9 @@ def choose_emitter(
             share = weight / total
             if u < share:
                 chosen, importance = node, weight
-                u = min(u / share, _LARGEST_REST)
+                u = min(u / share, BELOW_ONE)
             else:
-                u = min((u - share) / (ONE - share), _LARGEST_REST)
+                u = min((u - share) / (ONE - share), BELOW_ONE)
         node = _next(node)
     if chosen == 0:
         return 0, ZERO, u
@@ -181,10 +181,26 @@ def choose_emitter(
             return 0, ZERO, u
         goes_left = u < left
         share = left if goes_left else ONE - left
-        u = min((u if goes_left else u - left) / share, _LARGEST_REST)
+        u = min((u if goes_left else u - left) / share, BELOW_ONE)
         chance *= share
         chosen = 2 * chosen if goes_left else 2 * chosen + 1
     return tree.emitter[chosen - leaves], chance, u
+
+
+@device
+def choose_for_surface(batch: Batch, tree: LightTree, i: int) -> tuple[int, float, float]:
+    """`choose_emitter` for the surface of lane i, by the first number of the point looked up last.
+
+    A probability of 0 also where no light is wanted: the path has ended, or only what it meets still counts.
+    """
+    f = batch.floats
+    if (f[i + ACTIVE] == ZERO) | (f[i + LAST] > ZERO):
+        return 0, ZERO, ZERO
+    x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
+    # A surface that is more than Lambertian may be lit from behind.
+    facing = ONE if batch.bits[i + LOBE_COUNT] == np.uint32(0) else ZERO
+    nx, ny, nz = f[i + SHADING_NORMAL], f[i + SHADING_NORMAL + Y], f[i + SHADING_NORMAL + Z]
+    return choose_emitter(tree, x, y, z, facing * nx, facing * ny, facing * nz, f[i + POINT])
 
 
 @subroutine

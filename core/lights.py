@@ -1,4 +1,4 @@
-"""Lamps: how much light reaches a surface from a sampled point of each, and where a ray that scattered meets them.
+"""Lamps: how much light reaches a surface from a sampled point of each.
 
 Sampling a lamp fills, for every lane, the vector d to the point chosen (the shadow ray's direction; its T_FAR is how
 many d lie between), and LIGHT_WEIGHT. What is reflected is weight × colour × |d| × π × the surface's BSDF and cosine:
@@ -15,19 +15,15 @@ from typing import NamedTuple
 import numpy as np
 
 from .batch import (
-    ACTIVE,
     DIRECTION,
     LANES,
-    LAST,
     LIGHT_COLOR,
     LIGHT_SPREAD,
     LIGHT_VISIBILITY,
     LIGHT_WEIGHT,
-    LOBE_COUNT,
     PACKET,
     POINT,
     POSITION,
-    SHADING_NORMAL,
     SHADOW,
     T_FAR,
     Batch,
@@ -37,7 +33,7 @@ from .batch import (
 from .errors import SceneError
 from .frames import tangents, to_world
 from .jit import device, kernel
-from .light_choice import Emitters, LightTree, build_light_tree, choose_emitter, emitter_probability
+from .light_choice import Emitters, LightTree, build_light_tree, choose_for_surface, emitter_probability
 from .scene import AreaLight, Light, PointLight, SpotLight, SunLight
 from .warps import one_minus_cos, square_to_cap, square_to_disk
 
@@ -245,14 +241,7 @@ def sample_chosen_lights(batch: Batch, lights: LightArrays, packets: int) -> Non
     for p in range(packets):
         for i in range(p * PACKET, p * PACKET + LANES):
             f[i + LIGHT_WEIGHT] = _ZERO
-            if (f[i + ACTIVE] == _ZERO) | (f[i + LAST] > _ZERO):
-                continue
-            x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
-            facing = _ONE if bits[i + LOBE_COUNT] == np.uint32(0) else _ZERO
-            nx, ny, nz = f[i + SHADING_NORMAL], f[i + SHADING_NORMAL + Y], f[i + SHADING_NORMAL + Z]
-            chosen, chance, rest = choose_emitter(
-                lights.tree, x, y, z, facing * nx, facing * ny, facing * nz, f[i + POINT]
-            )
+            chosen, chance, rest = choose_for_surface(batch, lights.tree, i)
             if chance == _ZERO:
                 continue
             f[i + POINT] = rest

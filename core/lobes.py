@@ -14,10 +14,9 @@ on the way out of the medium the factor would cancel.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from .batch import LANES, PACKET
 from .cosine_power import cosine_power, cosine_power_brdf, cosine_power_pdf, square_to_cosine_power
 from .diffuse import bump_share, oren_nayar, oren_nayar_tint
 from .frames import tangents, to_world
@@ -67,12 +66,8 @@ from .microfacet import (
     visible_share,
 )
 from .scene import VISIBLE_TO_DIFFUSE, VISIBLE_TO_GLOSSY, VISIBLE_TO_TRANSMISSION
-from .warps import square_to_cosine_hemisphere
+from .warps import BELOW_ONE, HALF, INV_PI, ONE, QUARTER, TWO, ZERO, square_to_cosine_hemisphere
 
-ZERO, QUARTER, HALF, ONE, TWO = (np.float32(number) for number in (0, 0.25, 0.5, 1, 2))
-INV_PI = np.float32(1 / math.pi)
-#: The largest number below 1.
-LARGEST = np.float32(1 - 2**-24)
 #: Directions of a density below this are given up: no sample in 10²⁰ has one, and it would be divided by.
 RAREST = np.float32(1e-20)
 
@@ -84,6 +79,12 @@ _ALL = np.int64(VISIBLE_TO_DIFFUSE | VISIBLE_TO_GLOSSY | VISIBLE_TO_TRANSMISSION
 _BLACK = (ZERO, ZERO, ZERO, ZERO)
 _NOTHING = (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ABSORBED)
 _NO_FACET = (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ABSORBED, False)
+
+
+@device
+def first_lobe(i: int, lobe_stride: int) -> int:
+    """Where the lobes of lane i begin in `Batch.lobes`, which has room for `lobe_stride` of each lane."""
+    return (i // PACKET * LANES + i % PACKET) * lobe_stride * LOBE_SIZE
 
 
 @subroutine
@@ -376,7 +377,7 @@ def _pick_lobe(lobes: np.ndarray, first: int, count: int, choice: float) -> tupl
         wanted -= lobes[here + CHANCE]
     if chance <= ZERO:
         return at, ZERO, ZERO
-    return at, chance / total, min(left / chance, LARGEST)
+    return at, chance / total, min(left / chance, BELOW_ONE)
 
 
 @device

@@ -69,11 +69,11 @@ from .programs import ALBEDO as SET_ALBEDO
 from .programs import (
     DIRECTION as LOOK,
 )
-from .surface import hit_placement, normalize, rotate, transform
+from .surface import corners_of, hit_placement, normalize, rotate, transform
 from .surface_lobes import add_lobes, normal_of, view_of
 from .textures import image_color, is_first_check
-from .value_ops import clamp01, gray, map_range, math_op, mix
-from .warps import HALF, ONE, TWO, ZERO
+from .value_ops import gray, map_range, math_op, mix
+from .warps import HALF, ONE, TWO, ZERO, clamp01
 
 #: How far beside the hit a bump looks at its height, as a share of the ray's length: about half a pixel at usual
 #: resolutions, and far enough for float32 to see a difference.
@@ -222,10 +222,7 @@ def _step(f: np.ndarray, geometry: Geometry, i: int, placement: int, mesh: int, 
 def _corner_mean(
     geometry: Geometry, mesh: int, triangle: int, u: float, v: float, w: float
 ) -> tuple[float, float, float]:
-    row, first = geometry.first[mesh, TRIANGLE] + triangle, geometry.first[mesh, VERTEX]
-    a = first + np.int64(geometry.triangles[row, 0])
-    b = first + np.int64(geometry.triangles[row, 1])
-    c = first + np.int64(geometry.triangles[row, 2])
+    a, b, c = corners_of(geometry, mesh, triangle)
     s = geometry.vertices
     return (
         u * s[a, 0] + v * s[b, 0] + w * s[c, 0],

@@ -25,17 +25,14 @@ from .batch import (
     INSTANCE,
     INVALID,
     LANES,
-    LAST,
     LIGHT_COLOR,
     LIGHT_SPREAD,
     LIGHT_VISIBILITY,
     LIGHT_WEIGHT,
-    LOBE_COUNT,
     PACKET,
     POINT,
     POSITION,
     PRIMITIVE,
-    SHADING_NORMAL,
     SHADOW,
     T_FAR,
     Batch,
@@ -43,11 +40,11 @@ from .batch import (
     Z,
 )
 from .jit import device, kernel
-from .light_choice import Emitters, LightTree, build_light_tree, choose_emitter, emitter_probability
+from .light_choice import Emitters, LightTree, build_light_tree, choose_for_surface, emitter_probability
 from .packing import FIRST_MATERIAL, INSTANCED, LAST_SLOT, MESH, TRIANGLE, VERTEX, Geometry, SceneArrays
 from .programs import NONE, Programs
 from .scene import VISIBLE_TO_SURFACES, Scene
-from .surface import hit_placement
+from .surface import corners_of, hit_placement
 from .warps import INV_PI, square_to_triangle
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
@@ -70,8 +67,9 @@ class MeshLights(NamedTuple):
     emitter: np.ndarray  # int64: the emitter that a triangle is, or NONE
 
 
-def find_mesh_lights(scene: Scene, geometry: Geometry, programs: Programs, emission: np.ndarray) -> MeshLights:
-    """All triangles whose material glows and may be sampled as a light. `emission` (K,) is a guess at how much."""
+def find_mesh_lights(scene: Scene, geometry: Geometry, programs: Programs) -> MeshLights:
+    """All triangles whose material glows and may be sampled as a light."""
+    emission = np.array([material.typical_emission for material in programs.materials], np.float64)
     instances = [instance for instance in scene.instances if len(instance.mesh.triangles)]
     found = [_NO_TRIANGLES]
     first = np.full(len(instances), NONE, np.int64)
@@ -184,14 +182,7 @@ def sample_mesh_lights(batch: Batch, lights: MeshLights, emission: np.ndarray, p
     for p in range(packets):
         for i in range(p * PACKET, p * PACKET + LANES):
             f[i + LIGHT_WEIGHT] = _ZERO
-            if (f[i + ACTIVE] == _ZERO) | (f[i + LAST] > _ZERO):
-                continue
-            x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
-            facing = _ONE if bits[i + LOBE_COUNT] == np.uint32(0) else _ZERO
-            nx, ny, nz = f[i + SHADING_NORMAL], f[i + SHADING_NORMAL + Y], f[i + SHADING_NORMAL + Z]
-            emitter, chance, rest = choose_emitter(
-                lights.tree, x, y, z, facing * nx, facing * ny, facing * nz, f[i + POINT]
-            )
+            emitter, chance, rest = choose_for_surface(batch, lights.tree, i)
             if chance > _ZERO:
                 _, v, w = square_to_triangle(rest, f[i + POINT + Y])
                 _sample_triangle(f, bits, lights, emission, i, emitter, chance, v, w)
@@ -285,11 +276,7 @@ def visit_emitters(batch: Batch, side: Batch, lights: MeshLights, scene: SceneAr
 @device
 def _copy_normal(f: np.ndarray, geometry: Geometry, i: int, placement: int, triangle: int) -> None:
     """The normal that Embree would give: the cross product of the triangle's edges in its mesh's own space."""
-    mesh = geometry.placements[placement, MESH]
-    row, first = geometry.first[mesh, TRIANGLE] + triangle, geometry.first[mesh, VERTEX]
-    a = first + np.int64(geometry.triangles[row, 0])
-    b = first + np.int64(geometry.triangles[row, 1])
-    c = first + np.int64(geometry.triangles[row, 2])
+    a, b, c = corners_of(geometry, geometry.placements[placement, MESH], triangle)
     s = geometry.vertices
     ux, uy, uz = s[b, 0] - s[a, 0], s[b, 1] - s[a, 1], s[b, 2] - s[a, 2]
     vx, vy, vz = s[c, 0] - s[a, 0], s[c, 1] - s[a, 1], s[c, 2] - s[a, 2]

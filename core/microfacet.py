@@ -14,15 +14,11 @@ so that neither grazing angles nor a tiny alpha divide by zero or cancel.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from .jit import device
-from .warps import square_to_cap
+from .warps import INV_PI, ONE, TWO, ZERO, square_to_cap
 
-ZERO, ONE, TWO = (np.float32(number) for number in (0, 1, 2))
-INV_PI = np.float32(1 / math.pi)
 #: Keeps a ratio of cosines that both underflow from being 0 / 0.
 TINY = np.float32(1e-37)
 #: At and below this alpha² a surface is smooth, and within this distance of 1 an index of refraction bends nothing:

@@ -22,7 +22,6 @@ from .closures import (
     append_lobe,
     append_transparent,
     brightening,
-    clamp,
     mean_dielectric_reflectance,
     one_bounce,
     set_color,
@@ -44,8 +43,9 @@ from .lobe_record import (
     SCHLICK,
     TRANSMISSION_TINT,
 )
+from .warps import HALF, ONE, TWO, ZERO, clamp01
 
-ZERO, HALF, ONE, TWO, THREE = (np.float32(number) for number in (0, 0.5, 1, 2, 3))
+THREE = np.float32(3)
 #: Keeps the way through the coat finite.
 TINY = np.float32(1e-6)
 
@@ -92,7 +92,7 @@ def append_principled(
 ) -> tuple[int, float, float, float]:
     """Append up to 6 lobes; (where the next record begins, red, green, blue): the factor of the node's emission."""
     weight = max(weight, ZERO)
-    alpha, metallic, transmission = clamp(inputs.alpha), clamp(inputs.metallic), clamp(inputs.transmission)
+    alpha, metallic, transmission = clamp01(inputs.alpha), clamp01(inputs.metallic), clamp01(inputs.transmission)
     sx, sy, sz = specular_normal(view, nx, ny, nz)
     at = append_transparent(lobes, at, weight * (ONE - alpha), ONE, ONE, ONE)
     at, r, g, b = _coat(lobes, at, weight * alpha, inputs, coat_nx, coat_ny, coat_nz, view, tables)
@@ -102,8 +102,8 @@ def append_principled(
     at = _glass(lobes, at, transmission * r, transmission * g, transmission * b, inputs, sx, sy, sz, view, tables)
     r, g, b = (ONE - transmission) * r, (ONE - transmission) * g, (ONE - transmission) * b
     at, left = _specular(lobes, at, r, g, b, inputs, sx, sy, sz, view, tables)
-    set_color(lobes, at + REFLECTION_TINT, clamp(inputs.base_r), clamp(inputs.base_g), clamp(inputs.base_b))
-    lobes[at + ALPHA] = clamp(inputs.diffuse_roughness)
+    set_color(lobes, at + REFLECTION_TINT, clamp01(inputs.base_r), clamp01(inputs.base_g), clamp01(inputs.base_b))
+    lobes[at + ALPHA] = clamp01(inputs.diffuse_roughness)
     kind = OREN_NAYAR if inputs.diffuse_roughness >= CUTOFF else LAMBERT
     r, g, b = left * r * inputs.base_r, left * g * inputs.base_g, left * b * inputs.base_b
     at = append_lobe(lobes, at, kind, r, g, b, ONE, nx, ny, nz)
@@ -128,16 +128,16 @@ def _coat(
     """
     if inputs.coat <= CUTOFF or weight < CUTOFF:
         return at, weight, weight, weight
-    coat, roughness, index = inputs.coat, clamp(inputs.coat_roughness), max(inputs.coat_ior, ONE)
+    coat, roughness, index = inputs.coat, clamp01(inputs.coat_roughness), max(inputs.coat_ior, ONE)
     nx, ny, nz = specular_normal(view, nx, ny, nz)
-    cosine = clamp(view.x * nx + view.y * ny + view.z * nz)
+    cosine = clamp01(view.x * nx + view.y * ny + view.z * nz)
     single, mean = mirrors_albedo(tables, roughness, cosine)
     bright = brightening(single, mean, mean_dielectric_reflectance(index))
     albedo = single * _toward_one(f0_from_ior(index), dielectric_share(tables, roughness, cosine, index))
     set_facets(lobes, at, roughness, index, DIELECTRIC)
     over = coat * weight * bright
     at = append_lobe(lobes, at, GGX_REFLECTION, over, over, over, albedo, nx, ny, nz)
-    left = weight * clamp(ONE - coat * bright * albedo)
+    left = weight * clamp01(ONE - coat * bright * albedo)
     # Beer's law: the tint is that of the way straight through the coat, and slanted ways are longer.
     length = ONE / max(transmitted_cosine(cosine, index), TINY)
     return (
@@ -165,9 +165,9 @@ def _metal(
     """The base colour head on; the specular tint is that of the edge."""
     if inputs.metallic <= CUTOFF:
         return at
-    set_color(lobes, at + F0, clamp(inputs.base_r), clamp(inputs.base_g), clamp(inputs.base_b))
-    set_color(lobes, at + F90, clamp(inputs.specular_r), clamp(inputs.specular_g), clamp(inputs.specular_b))
-    return append_f82(lobes, at, r, g, b, clamp(inputs.roughness), inputs.multiscatter, nx, ny, nz, view, tables)
+    set_color(lobes, at + F0, clamp01(inputs.base_r), clamp01(inputs.base_g), clamp01(inputs.base_b))
+    set_color(lobes, at + F90, clamp01(inputs.specular_r), clamp01(inputs.specular_g), clamp01(inputs.specular_b))
+    return append_f82(lobes, at, r, g, b, clamp01(inputs.roughness), inputs.multiscatter, nx, ny, nz, view, tables)
 
 
 @device
@@ -192,11 +192,11 @@ def _glass(
     set_color(
         lobes,
         at + TRANSMISSION_TINT,
-        np.sqrt(clamp(inputs.base_r)),
-        np.sqrt(clamp(inputs.base_g)),
-        np.sqrt(clamp(inputs.base_b)),
+        np.sqrt(clamp01(inputs.base_r)),
+        np.sqrt(clamp01(inputs.base_g)),
+        np.sqrt(clamp01(inputs.base_b)),
     )
-    roughness, multiscatter = clamp(inputs.roughness), inputs.multiscatter
+    roughness, multiscatter = clamp01(inputs.roughness), inputs.multiscatter
     return append_dielectric(lobes, at, r, g, b, roughness, inputs.ior, multiscatter, nx, ny, nz, view, tables)
 
 
@@ -224,13 +224,13 @@ def _specular(
     eta = index if level == HALF else (adjusted if index >= ONE else ONE / adjusted)
     if eta == ONE or r + g + b < THREE * CUTOFF:
         return at, ONE
-    f0_r, f0_g, f0_b = clamp(f0 * inputs.specular_r), clamp(f0 * inputs.specular_g), clamp(f0 * inputs.specular_b)
-    roughness = clamp(inputs.roughness)
-    cosine = clamp(view.x * nx + view.y * ny + view.z * nz)
+    f0_r, f0_g, f0_b = clamp01(f0 * inputs.specular_r), clamp01(f0 * inputs.specular_g), clamp01(f0 * inputs.specular_b)
+    roughness = clamp01(inputs.roughness)
+    cosine = clamp01(view.x * nx + view.y * ny + view.z * nz)
     single, mean = one_bounce(tables, inputs.multiscatter, roughness, cosine)
     # How far the reflectance has gone from f0 to 1 on average over all directions, and over the facets in this one.
     head_on = f0_from_ior(eta)
-    share = clamp((mean_dielectric_reflectance(eta) - head_on) / (ONE - head_on))
+    share = clamp01((mean_dielectric_reflectance(eta) - head_on) / (ONE - head_on))
     bright_r = brightening(single, mean, _toward_one(f0_r, share))
     bright_g = brightening(single, mean, _toward_one(f0_g, share))
     bright_b = brightening(single, mean, _toward_one(f0_b, share))
@@ -242,7 +242,7 @@ def _specular(
     set_facets(lobes, at, roughness, eta, SCHLICK)
     seen = single * (albedo_r + albedo_g + albedo_b) / THREE
     at = append_lobe(lobes, at, GGX_REFLECTION, r * bright_r, g * bright_g, b * bright_b, seen, nx, ny, nz)
-    return at, clamp(ONE - single * max(bright_r * albedo_r, bright_g * albedo_g, bright_b * albedo_b))
+    return at, clamp01(ONE - single * max(bright_r * albedo_r, bright_g * albedo_g, bright_b * albedo_b))
 
 
 @device

@@ -19,6 +19,7 @@ from .batch import Batch, new_batch
 from .camera import check_camera, pack_camera
 from .direct_light import Clamp
 from .domains import make_table
+from .environment import NO_ENVIRONMENT
 from .errors import SettingsError
 from .film import PASSES, Film, develop, new_tile_sums
 from .filters import offset_table
@@ -32,7 +33,7 @@ from .scattering import ROULETTE_FROM
 from .scene import Scene
 from .settings import RenderSettings
 from .shared_use import SharedUse
-from .world_light import NO_ENVIRONMENT, picture_world
+from .world_light import picture_world
 
 BLOCK = 4
 #: How often the calling thread looks whether it should stop, in seconds.
@@ -141,15 +142,15 @@ def _make_frame(scene: Scene, settings: RenderSettings, packed: PackedScene) -> 
     only_diffuse = not any(material.has_lobes for material in programs.materials)
     can_pass = any(material.may_pass for material in programs.materials)
     world_varies = programs.world.start != NONE
-    emission = np.array([material.typical_emission for material in programs.materials], np.float64)
-    emitters = find_mesh_lights(scene, arrays.geometry, programs, emission)
+    emitters = find_mesh_lights(scene, arrays.geometry, programs)
     has_emitters = len(emitters.area) > 0
     limits = _limits(settings, only_diffuse)
     surfaces_shine = any(material.may_emit for material in programs.materials)
+    chooses_lamps = lights.each < len(lights.kind)
     ways = Ways(
         only_diffuse=only_diffuse,
         has_programs=bool((materials.program[:-1] != NONE).any()),
-        chooses_lamps=lights.each < len(lights.kind),
+        chooses_lamps=chooses_lamps,
         has_emitters=has_emitters,
         emitters_vary=has_emitters and bool((materials.program[np.unique(emitters.material)] != NONE).any()),
         has_environment=world_varies,
@@ -158,6 +159,7 @@ def _make_frame(scene: Scene, settings: RenderSettings, packed: PackedScene) -> 
         lamps_can_be_met=not only_diffuse and bool((lights.area > 0).any()),
         can_pass=can_pass,
         hide_world=settings.film_transparent,
+        light_samples=lights.each + chooses_lamps + has_emitters + world_varies,
         steps=limits.bounces + 1 + (limits.transparent + 1 if can_pass else 0),
     )
     pixels = scene.camera.resolution[0] * scene.camera.resolution[1]
@@ -190,7 +192,6 @@ def _limits(settings: RenderSettings, only_diffuse: bool) -> Limits:
 
 def _dimensions(ways: Ways, lights: LightArrays, has_lens: bool) -> dict[str, int]:
     """How many point sets a path takes from each domain."""
-    per_step = lights.each + ways.chooses_lamps + ways.has_emitters + ways.has_environment
     samples_lights = lights.extended.any() or ways.has_emitters or ways.has_environment
     scatters = ways.steps if ways.steps > 1 or ways.shines or ways.lamps_can_be_met else 0
     # The choice of a lobe and Russian roulette take a set of their own.
@@ -198,7 +199,7 @@ def _dimensions(ways: Ways, lights: LightArrays, has_lens: bool) -> dict[str, in
     return {
         "pixel": 1,
         "lens": int(has_lens),
-        "light": per_step * ways.steps if samples_lights else 0,
+        "light": ways.light_samples * ways.steps if samples_lights else 0,
         "bsdf": scatters * (2 if chooses else 1),
     }
 

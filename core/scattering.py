@@ -55,6 +55,7 @@ from .lobes import (
     DIFFUSE_REFLECTION,
     GLOSSY_REFLECTION,
     STRAIGHT,
+    first_lobe,
     sample_lobes,
 )
 from .scene import VISIBLE_TO_DIFFUSE, VISIBLE_TO_GLOSSY, VISIBLE_TO_TRANSMISSION
@@ -169,7 +170,7 @@ def _sample(
     f = batch.floats
     vx, vy, vz = f[i + DIRECTION], f[i + DIRECTION + Y], f[i + DIRECTION + Z]
     scale = -_ONE / np.float32(math.sqrt(vx * vx + vy * vy + vz * vz))
-    first = (i // PACKET * LANES + i % PACKET) * lobe_stride * LOBE_SIZE
+    first = first_lobe(i, lobe_stride)
     choice, u, v = f[i + CHOICE], f[i + POINT], f[i + POINT + Y]
     return sample_lobes(batch.lobes, first, count, vx * scale, vy * scale, vz * scale, gx, gy, gz, choice, u, v)
 
@@ -237,7 +238,7 @@ def end_last(batch: Batch, lobe_stride: int, i: int) -> None:
     f, bits = batch.floats, batch.bits
     kept = np.int64(0)
     if f[i + LAST] == LAST_OPAQUE:
-        kept = _keep_transparent(batch, (i // PACKET * LANES + i % PACKET) * lobe_stride * LOBE_SIZE, i)
+        kept = _keep_transparent(batch, first_lobe(i, lobe_stride), i)
     bits[i + LOBE_COUNT] = np.uint32(kept)
     f[i + ACTIVE] = _ONE if kept > 0 else _ZERO
 

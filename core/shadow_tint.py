@@ -29,6 +29,7 @@ from .batch import (
 )
 from .jit import kernel
 from .lobe_record import KIND, LOBE_SIZE, TRANSPARENT, WEIGHT
+from .lobes import first_lobe
 from .packing import TINTS_SHADOWS
 from .surface import JUST_AHEAD
 
@@ -71,7 +72,7 @@ def tint_shadows(batch: Batch, side: Batch, lobe_stride: int, packets: int) -> b
                 to[i + ACTIVE] = _ZERO
                 continue
             red = green = blue = _ZERO
-            first = (i // PACKET * LANES + i % PACKET) * lobe_stride * LOBE_SIZE
+            first = first_lobe(i, lobe_stride)
             for k in range(np.int64(to_bits[i + LOBE_COUNT])):
                 at = first + k * LOBE_SIZE
                 if side.lobes[at + KIND] == np.float32(TRANSPARENT):

@@ -87,8 +87,8 @@ def find_surfaces(batch: Batch, scene: SceneArrays, packets: int) -> None:
                     _find_surface(f, bits, geometry, i, hit_placement(bits, i), np.int64(bits[i + PRIMITIVE]))
                 material = bits[i + MATERIAL]
                 bits[i + LOBE_COUNT] = np.uint32(0)
-                store(f, i + ALBEDO, albedo[material, 0], albedo[material, 1], albedo[material, 2])
-                store(f, i + EMISSION, emission[material, 0], emission[material, 1], emission[material, 2])
+                _store(f, i + ALBEDO, albedo[material, 0], albedo[material, 1], albedo[material, 2])
+                _store(f, i + EMISSION, emission[material, 0], emission[material, 1], emission[material, 2])
 
 
 @device
@@ -112,7 +112,7 @@ def _find_surface(f: np.ndarray, bits: np.ndarray, geometry: Geometry, i: int, p
     x, y, z, rx, ry, rz = _hit_point(geometry, mesh, triangle, u, v, w)
     nx, ny, nz = f[i + HIT_NORMAL], f[i + HIT_NORMAL + Y], f[i + HIT_NORMAL + Z]
     smooth = geometry.first[mesh, CORNER_NORMAL] != NONE
-    sx, sy, sz = interpolated_normal(geometry, mesh, triangle, u, v, w) if smooth else (nx, ny, nz)
+    sx, sy, sz = _interpolated_normal(geometry, mesh, triangle, u, v, w) if smooth else (nx, ny, nz)
     bits[i + MATERIAL] = np.uint32(_material(geometry, placement, triangle))
     if geometry.placements[placement, INSTANCED] != 0:
         rx, ry, rz = _reach_in_world(geometry.to_world, placement, rx, ry, rz)
@@ -127,11 +127,21 @@ def _find_surface(f: np.ndarray, bits: np.ndarray, geometry: Geometry, i: int, p
     away = nx * f[i + DIRECTION] + ny * f[i + DIRECTION + Y] + nz * f[i + DIRECTION + Z] > _ZERO
     side = -_ONE if away else _ONE
     f[i + SIDE] = side
-    store(f, i + POSITION, x, y, z)
-    store(f, i + GEOMETRIC_NORMAL, side * nx, side * ny, side * nz)
-    store(f, i + SHADING_NORMAL, side * sx, side * sy, side * sz)
+    _store(f, i + POSITION, x, y, z)
+    _store(f, i + GEOMETRIC_NORMAL, side * nx, side * ny, side * nz)
+    _store(f, i + SHADING_NORMAL, side * sx, side * sy, side * sz)
     # Only the error along the normal matters: a floor of kilometres, if it is level, needs a step of millionths.
     f[i + OFFSET] = STEP_OFF * (abs(nx) * rx + abs(ny) * ry + abs(nz) * rz)
+
+
+@device
+def corners_of(geometry: Geometry, mesh: int, triangle: int) -> tuple[int, int, int]:
+    """The rows of `Geometry.vertices` at which a triangle of a mesh has its corners."""
+    row, first = geometry.first[mesh, TRIANGLE] + triangle, geometry.first[mesh, VERTEX]
+    a = first + np.int64(geometry.triangles[row, 0])
+    b = first + np.int64(geometry.triangles[row, 1])
+    c = first + np.int64(geometry.triangles[row, 2])
+    return a, b, c
 
 
 @device
@@ -143,10 +153,7 @@ def _hit_point(
     The reach is its corners' largest x, y and z: what the rounding errors of the point are proportional to (Pharr,
     Jakob and Humphreys 2016, section 3.9).
     """
-    row, first = geometry.first[mesh, TRIANGLE] + triangle, geometry.first[mesh, VERTEX]
-    a = first + np.int64(geometry.triangles[row, 0])
-    b = first + np.int64(geometry.triangles[row, 1])
-    c = first + np.int64(geometry.triangles[row, 2])
+    a, b, c = corners_of(geometry, mesh, triangle)
     vertices = geometry.vertices
     ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
     bx, by, bz = vertices[b, 0], vertices[b, 1], vertices[b, 2]
@@ -162,7 +169,7 @@ def _hit_point(
 
 
 @device
-def interpolated_normal(
+def _interpolated_normal(
     geometry: Geometry, mesh: int, triangle: int, u: float, v: float, w: float
 ) -> tuple[float, float, float]:
     n, row = geometry.corner_normals, geometry.first[mesh, CORNER_NORMAL] + triangle
@@ -226,7 +233,7 @@ def normalize(x: float, y: float, z: float) -> tuple[float, float, float]:
 
 
 @device
-def store(f: np.ndarray, at: int, x: float, y: float, z: float) -> None:
+def _store(f: np.ndarray, at: int, x: float, y: float, z: float) -> None:
     f[at] = x
     f[at + Y] = y
     f[at + Z] = z

@@ -8,9 +8,7 @@ from .batch import (
     DIRECTION,
     EMISSION,
     GEOMETRIC_NORMAL,
-    LANES,
     LOBE_COUNT,
-    PACKET,
     SHADING_NORMAL,
     SIDE,
     Batch,
@@ -32,6 +30,7 @@ from .closures import (
 from .diffuse import bump_alpha_squared
 from .jit import device
 from .lobe_record import KIND, LAMBERT, LOBE_SIZE, NORMAL, OREN_NAYAR, SMOOTH_NORMAL, TILT
+from .lobes import first_lobe
 from .packed_materials import MaterialArrays
 from .principled import Inputs, append_principled
 from .programs import (
@@ -54,7 +53,7 @@ from .warps import ZERO
 def add_lobes(batch: Batch, materials: MaterialArrays, i: int, at: int) -> int:
     """Carry out the instruction at `at` for lane i. Returns where the next begins."""
     bits, code = batch.bits, materials.code
-    first = (i // PACKET * LANES + i % PACKET) * materials.largest_lobe_count * LOBE_SIZE
+    first = first_lobe(i, materials.largest_lobe_count)
     free = first + np.int64(bits[i + LOBE_COUNT]) * LOBE_SIZE
     operation = code[at]
     if operation == PRINCIPLED:

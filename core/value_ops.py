@@ -11,7 +11,7 @@ import numpy as np
 
 from .jit import device
 from .programs import BLENDS, INTERPOLATIONS, MATHS
-from .warps import HALF, ONE, TWO, ZERO
+from .warps import HALF, ONE, TWO, ZERO, clamp01
 
 _THREE, _SIX = np.float32(3), np.float32(6)
 _TINY = np.float32(2.0**-23)
@@ -31,11 +31,6 @@ _RED, _GREEN, _BLUE = np.float32(0.2126729), np.float32(0.7151522), np.float32(0
     _M_ARCTAN2, _M_SINH, _M_COSH, _M_TANH, _M_RADIANS, _M_DEGREES,
 ) = range(len(MATHS))  # fmt: skip
 _LINEAR, _SMOOTHSTEP, _SMOOTHERSTEP = range(len(INTERPOLATIONS))
-
-
-@device
-def clamp01(x: float) -> float:
-    return min(max(x, ZERO), ONE)
 
 
 @device

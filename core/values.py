@@ -88,7 +88,7 @@ class ImageTexture(Expression):
 
 @dataclass(frozen=True, eq=False)
 class EnvironmentTexture(Expression):
-    """A panorama looked up by a direction, equirectangular: -Y... see `environment.direction_to_panorama`.
+    """An equirectangular panorama looked up by a direction, which is where in `environment` it says.
 
     `pixels` as in `ImageTexture`.
     """

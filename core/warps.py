@@ -22,6 +22,8 @@ TWO_PI = np.float32(2 * math.pi)
 QUARTER_PI = np.float32(math.pi / 4)
 SQRT_HALF = np.float32(math.sqrt(0.5))
 INV_PI = np.float32(1 / math.pi)
+#: The largest float32 below 1.
+BELOW_ONE = np.float32(1 - 2.0**-24)
 INV_TWO_PI = np.float32(0.5 / math.pi)
 INV_FOUR_PI = np.float32(0.25 / math.pi)
 TWO_INV_PI = np.float32(2 / math.pi)
@@ -34,6 +36,12 @@ HALF_PI_LOW = np.float32(math.pi / 2 - 1.5703125)
 #: Lawson's algorithm. Their own error is below 4e-9, so that of the result is float32's rounding.
 SIN_3, SIN_5, SIN_7 = np.float32(-0.16666654595), np.float32(0.00833215982), np.float32(-0.00019515153)
 COS_4, COS_6, COS_8 = np.float32(0.04166664684), np.float32(-0.00138873663), np.float32(0.00002443831)
+
+
+@device
+def clamp01(x: float) -> float:
+    """x, or the nearer end of 0 to 1 where it lies outside."""
+    return min(max(x, ZERO), ONE)
 
 
 @device

@@ -36,15 +36,12 @@ from .warps import INV_PI
 _ZERO, _ONE = np.float32(0), np.float32(1)
 #: The picture of the world that directions are sampled by is as wide as the widest panorama in it, within these.
 _NARROWEST, _WIDEST = 256, 4096
-#: A world that is not sampled.
-NO_ENVIRONMENT = build_environment(np.zeros((1, 1, 3), np.float32))._replace(density=np.zeros((0, 0), np.float32))
 
 
 def picture_world(scene: SceneArrays, programs: Programs, registers: np.ndarray) -> EnvironmentMap:
     """Look at the world in all directions, and build the map that directions are sampled by."""
     widths = [texture.pixels.shape[1] for texture in programs.textures if isinstance(texture, EnvironmentTexture)]
-    width = min(max(widths, default=_NARROWEST), _WIDEST)
-    width = max(width, _NARROWEST)
+    width = min(max([*widths, _NARROWEST]), _WIDEST)
     radiance = np.zeros((width // 2, width, 3), np.float32)
     packets = -(-width // LANES)
     batch = new_batch(packets, scene.materials.largest_lobe_count, registers)
