@@ -405,10 +405,22 @@ def _tangent(
     x = u * t[row, 0, 0] + v * t[row, 1, 0] + w * t[row, 2, 0]
     y = u * t[row, 0, 1] + v * t[row, 1, 1] + w * t[row, 2, 1]
     z = u * t[row, 0, 2] + v * t[row, 1, 2] + w * t[row, 2, 2]
+    sign = t[row, 0, 3]
     if geometry.placements[placement, INSTANCED] != 0:
         x, y, z = rotate(geometry.to_world, placement, x, y, z)
+        # The bitangent is a cross product in world space: a mirrored mesh has it the other way round.
+        sign = -sign if _mirrors(geometry.to_world, placement) else sign
     x, y, z = normalize(x, y, z)
-    return x, y, z, t[row, 0, 3]
+    return x, y, z, sign
+
+
+@device
+def _mirrors(m: np.ndarray, k: int) -> bool:
+    """Whether matrix k of m (P, 3, 4) turns right-handed into left-handed: its determinant is negative."""
+    x = m[k, 1, 1] * m[k, 2, 2] - m[k, 1, 2] * m[k, 2, 1]
+    y = m[k, 1, 2] * m[k, 2, 0] - m[k, 1, 0] * m[k, 2, 2]
+    z = m[k, 1, 0] * m[k, 2, 1] - m[k, 1, 1] * m[k, 2, 0]
+    return m[k, 0, 0] * x + m[k, 0, 1] * y + m[k, 0, 2] * z < ZERO
 
 
 @device
