@@ -1,11 +1,12 @@
 """The stages are plain Python: without the JIT they compute what the compiled ones do.
 
-NUMBA_DISABLE_JIT=1 works only in a process that starts with it. There all stages but those that call Embree run on
-tiny inputs; the same code runs compiled here, and the numbers are compared.
+NUMBA_DISABLE_JIT=1 works only in a process that starts with it. There all stages run on tiny inputs, and then all
+together render tiny pictures; the same code runs compiled here, and the numbers are compared.
 """
 
 from __future__ import annotations
 
+import ctypes
 import io
 import os
 import subprocess
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import config
 
 from core import (
     AreaLight,
@@ -25,6 +27,8 @@ from core import (
     Scene,
     SpotLight,
     SunLight,
+    embree,
+    render,
 )
 from core.batch import (
     ACTIVE,
@@ -55,11 +59,12 @@ from core.filters import offset_table
 from core.lights import narrow_to_cone, pack_lights, sample_light
 from core.packing import pack_scene
 from core.settings import RenderSettings
-from core.shaders import Diffuse
+from core.shaders import AddShader, Diffuse, Emission, Glossy, Metallic, MixShader, Translucent, Transparent
 from core.textures import image_color
 from core.values import ImageTexture
 from core.warps import square_to_cap, square_to_cosine_hemisphere, square_to_disk, square_to_polygon, square_to_sphere
-from tests.scenes import floor, translation
+from tests.scenes import box, camera_down, floor, translation
+from tests.test_integrator import everything
 
 SAMPLES, BLOCKS = 5, np.array([(8, 4)], np.int64)
 COUNT = 16 * SAMPLES
@@ -171,7 +176,69 @@ def film() -> np.ndarray:
     return np.concatenate([sums.count[:, None], *develop(sums).values()], axis=1)
 
 
-STAGES = {f.__name__: f for f in (domains, warps, textures, camera_rays, lights, film)}
+def call_embree_without_the_jit() -> None:
+    """Let plain Python call Embree's C functions, which kernels otherwise find through LLVM."""
+    library = embree.load_library()
+    for kind in ("Intersect", "Occluded"):
+        for width, arguments in ((1, 3), (16, 4)):
+            signature = ctypes.CFUNCTYPE(None, *[ctypes.c_size_t] * arguments)
+            function = ctypes.cast(getattr(library, f"rtc{kind}{width}"), signature)
+            setattr(embree, f"_{kind.lower()}{width}", function)
+
+
+def picture_of(scene: Scene, **changes) -> np.ndarray:
+    """(pixels, channels): all passes of a picture of a few pixels."""
+    if config.DISABLE_JIT:
+        call_embree_without_the_jit()
+    settings = RenderSettings(**{"samples": 2, "seed": 1, "threads": 1, "batch_packets": 1} | changes)
+    film_ = render(scene, settings)
+    assert film_.dropped_samples == 0
+    return np.concatenate([values.reshape(-1, values.shape[-1]) for values in film_.passes.values()], axis=1)
+
+
+def diffuse_paths() -> np.ndarray:
+    """Lambertian surfaces without programs: lamps, a glowing mesh and a grey world."""
+    instances = (
+        Instance(floor(4), materials=(Material("matte", Diffuse(0.6)),)),
+        Instance(floor(1.0, (0.6, 0, 0.8)), materials=(Material("glow", Emission(2.0)),)),
+    )
+    scene = Scene(camera_down(3.0, (4, 4), height=2), instances, LIGHTS, (0.1, 0.2, 0.3))
+    return picture_of(scene, max_bounces=4)
+
+
+def light_on_everything() -> np.ndarray:
+    """Programs, lobes of each kind, panes, a textured mesh light, and a world that is a picture.
+
+    Not beyond the first bounce: round and bumpy surfaces magnify what the two ways round differently.
+    """
+    return picture_of(everything((8, 4)), max_bounces=0)
+
+
+def paths_between_walls() -> np.ndarray:
+    """Lobes and a pane in a glowing box, up to where Russian roulette ends paths."""
+    mixed = MixShader(0.4, Diffuse((0.8, 0.5, 0.2), 1.0), MixShader(0.5, Glossy(0.7, 0.5), Metallic(roughness=0.6)))
+    walls = Instance(box(4), materials=(Material("walls", AddShader(mixed, Emission((0.3, 0.2, 0.1)))),))
+    pane = Instance(
+        floor(3, (0, 0, -1)), materials=(Material("pane", MixShader(0.3, Transparent(0.6), Translucent())),)
+    )
+    scene = Scene(camera_down(2.0, (4, 4), height=0.5), (walls, pane), LIGHTS[:1])
+    return picture_of(scene, max_bounces=5)
+
+
+STAGES = {
+    f.__name__: f
+    for f in (
+        domains,
+        warps,
+        textures,
+        camera_rays,
+        lights,
+        film,
+        diffuse_paths,
+        light_on_everything,
+        paths_between_walls,
+    )
+}
 
 
 @pytest.fixture(scope="module")
