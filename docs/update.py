@@ -18,8 +18,8 @@ ROOT = Path(__file__).resolve().parent.parent
 if str(ROOT) not in sys.path:
     sys.path.insert(0, str(ROOT))
 
-from core.lab import chart_tables  # noqa: E402 - the path comes first
-from core.lab.efficiency import TimesFewer, curves, times_fewer  # noqa: E402
+from core.lab import chart_tables, depth  # noqa: E402 - the path comes first
+from core.lab.efficiency import MILESTONES, TimesFewer, curves, times_fewer  # noqa: E402
 from core.samplers import SAMPLERS, Sampler  # noqa: E402
 
 DOCS = ROOT / "docs"
@@ -116,7 +116,8 @@ def slopes() -> str:
 
 def three_times() -> str:
     """How many times the samples of the best of the six Random needs on each scene."""
-    subjects = [subject for subject in data("chart")["subjects"].values() if subject["kind"] == "scene"]
+    every = data("chart")["subjects"].values()
+    subjects = [subject for subject in every if subject["kind"] == "scene" and subject["bounces"] is None]
     found = {subject["label"]: times_fewer(curves(chart_tables.cells(subject))) for subject in subjects}
     rows = [[label, *map(_times, answer.values())] for label, answer in found.items()]
     counts = next(iter(found.values()))
@@ -128,6 +129,22 @@ def _times(found: TimesFewer) -> str:
     return f"{found.ratio:.3g} ± {found.uncertainty:.1g} ({SAMPLERS[found.best].label})"
 
 
+def depths() -> str:
+    """By how much each sampler errs less than Random, by the length of the path."""
+    heads, rows = depth.table(data("chart"))
+    return table(heads, rows, "l" + "r" * (len(heads) - 1))
+
+
+def path_times() -> str:
+    """How many times the samples of the best of the six Random needs, by the length of the path."""
+    rows = []
+    for bounces, measured in depth.paths(data("chart")).items():
+        path = f"{depth.bounces_text(bounces)}, {depth.dimensions(bounces)} dimensions"
+        rows.append([path, *map(_times, times_fewer(measured).values())])
+    heads = [f"best of the six at {count}" for count in MILESTONES]
+    return table(["so many times its samples Random needs for the error of the", *heads], rows, "lrrr")
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
     "samplers": samplers_table,
     "scores": scores_table,
@@ -136,6 +153,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "horizon": horizon,
     "slopes": slopes,
     "three_times": three_times,
+    "depths": depths,
+    "path_times": path_times,
 }
 
 

@@ -13,8 +13,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from core import Camera, RenderSettings, Scene, render
-from core.lab import chart, chart_data, chart_drawing, chart_tables, scenes, style
+from core import Camera, RenderSettings, Scene, domains, render, rendering
+from core.lab import chart, chart_data, chart_drawing, chart_tables, depth, scenes, style
 from core.lab.cli import main
 from core.lab.efficiency import (
     Curve,
@@ -323,6 +323,62 @@ def test_a_sampler_needs_its_own_time_for_its_own_error():
     standing = compare(its, its)
     assert [needed.amount for needed in standing.seconds] == pytest.approx([1, 4, 9])
     assert standing.error_ratios == pytest.approx([1, 1, 1])
+
+
+# How deep a good sampler still helps
+
+
+def path_data(errors: dict[int, dict[str, float]]) -> dict:
+    """A chart of paths: errors at 16 samples, by bounces and sampler."""
+    subjects = {}
+    for bounces, its in errors.items():
+        subject = chart_data.new_subject(f"{bounces}", "scene", {}, "", (8, 8), bounces)
+        subject["cells"] = [cell_dict(name, 16, [error, error]) for name, error in its.items()]
+        subjects[f"box{bounces}"] = subject
+    return {"subjects": subjects}
+
+
+def test_the_advantage_is_randoms_error_over_that_of_a_sampler():
+    data = path_data({4: {"random": 0.3, "jittered": 0.2}, 1: {"random": 0.4, "jittered": 0.1}})
+    heads, rows = depth.table(data)
+    assert [head.split(",")[0] for head in heads[1:]] == ["1 bounce", "4 bounces"]
+    assert rows == [["Jittered", "4.00", "1.50"]]
+    lines = chart_tables.claim(data)
+    assert lines[0].startswith("How many dimensions deep")
+    assert "1 bounce, 6 dimensions: for the error of the best of the six Random needs 16 " in lines[1]
+    assert "4 bounces, 18 dimensions: for the error of the best of the six Random needs 2.25 " in lines[2]
+
+
+def test_the_advantages_standard_error_is_that_of_a_quotient():
+    measured = {name: curve(name, [16], [error]) for name, error in (("random", 0.4), ("jittered", 0.1))}
+    assert depth.advantage(measured, "jittered", 16) == pytest.approx((4, 4 * math.hypot(0.01, 0.01)))
+    assert depth.advantage(measured, "random", 16) == (1, 0)
+    assert depth.advantage(measured, "jittered", 64) is None
+    assert depth.advantage({"jittered": measured["jittered"]}, "jittered", 16) is None
+
+
+def test_without_random_or_paths_nothing_is_said_of_depth():
+    for errors in ({}, {1: {"jittered": 0.1}}):
+        assert depth.table(path_data(errors))[1] == []
+        assert not any("dimensions" in line for line in chart_tables.claim(path_data(errors)))
+
+
+def test_a_path_takes_as_many_numbers_as_are_said(monkeypatch):
+    """A point on the lamp from each surface and a direction for each bounce, as long as there is no roulette."""
+    for bounces in (1, 2):
+        asked = {}
+
+        def make_table(domain, settings, dimensions, pixels, asked=asked, really=domains.make_table):
+            asked[domain] = dimensions
+            return really(domain, settings, dimensions, pixels)
+
+        monkeypatch.setattr(rendering, "make_table", make_table)
+        rendered = chart.RENDERED["box1"]
+        settings = rendered.settings | {"max_bounces": bounces, "diffuse_bounces": bounces}
+        render(rendered.make((12, 12)), RenderSettings(samples=1, threads=1, **settings))
+        assert asked["lens"] == 0
+        # The BSDF's table has one set more, for the surface at which the path ends.
+        assert 2 * (asked["light"] + asked["bsdf"] - 1) == depth.dimensions(bounces)
 
 
 # The command

@@ -25,12 +25,14 @@ from ..files import check_writable, replacing
 from ..samplers import SAMPLERS
 from ..scene import Scene
 from ..settings import RenderSettings, available_cores
-from . import chart_drawing, chart_tables, integrands, scenes, style
+from . import chart_drawing, chart_tables, depth, integrands, scenes, style
 from .chart_data import cells_done, has, load, measure_scene, new_data, new_subject, save, write_csv
 from .measure import Cell, Laboratory, Study
 
 #: Not only powers of two, which flatter some samplers.
 SCENE_COUNTS = (1, 4, 9, 16, 36, 64, 144, 256)
+#: For scenes in which a sample takes long.
+SLOW_COUNTS = (4, 16, 36, 64, 256)
 INTEGRAND_COUNTS = (1, 4, 9, 16, 36, 64, 144, 256, 576, 1024, 2304, 4096)
 
 MEASURED = "measured with 1000 trials at 16, 64 … 4096 points"
@@ -38,13 +40,19 @@ MEASURED = "measured with 1000 trials at 16, 64 … 4096 points"
 
 @dataclass(frozen=True)
 class RenderedSubject:
-    """A scene, the settings that leave one domain to chance, and the integrand whose slopes are to be expected."""
+    """A scene, the settings that leave one domain to chance, and the integrand whose slopes are to be expected.
+
+    `bounces` is the longest path's where one scene is measured with several. `counts` are measured unless others are
+    asked for.
+    """
 
     label: str
     make: Callable[[tuple[int, int]], Scene]
     settings: dict
     expect: str | None
     note: str
+    bounces: int | None = None
+    counts: tuple[int, ...] = SCENE_COUNTS
 
     @property
     def expected(self) -> dict[str, float]:
@@ -58,27 +66,35 @@ class RenderedSubject:
 #: So narrow that a pixel's samples all go through its middle: the pixel then has no variance of its own.
 _POINT_PIXEL = {"pixel_filter": "blackman_harris", "filter_width": 0.01}
 _EDGE = "that of a straight edge, for sets left to chance"
+_BENT = "that of a straight edge, which bent ones have as well, for sets left to chance"
+#: Narrow enough that small pictures have work for several threads.
+_SMALL_TILE = {"tile_size": 8}
 
 
-def _halved(resolution: tuple[int, int]) -> tuple[int, int]:
-    """Long paths take long: of them the chart takes smaller pictures."""
-    width, height = resolution
-    return max(width // 2, 1), max(height // 2, 1)
+def _smaller(make: Callable[[tuple[int, int]], Scene], divisor: int) -> Callable[[tuple[int, int]], Scene]:
+    """Scenes in which a sample takes long: the chart takes smaller pictures of them."""
+    return lambda resolution: make(tuple(max(side // divisor, 1) for side in resolution))
 
 
 RENDERED = {
     "pixel": RenderedSubject("Pixel: checkerboard to the horizon", scenes.checkerboard, {}, None, "of Random alone"),
     "lens": RenderedSubject("Lens: edge out of focus", scenes.defocus, _POINT_PIXEL, "half_plane", _EDGE),
     "light": RenderedSubject("Light: penumbra", scenes.penumbra, _POINT_PIXEL, "half_plane", _EDGE),
-    "hemisphere": RenderedSubject("BSDF: matt floor", scenes.hemisphere, _POINT_PIXEL, None, "of Random alone"),
-    "lobe": RenderedSubject("BSDF: glossy floor", scenes.lobe, _POINT_PIXEL, None, "of Random alone"),
+    **{
+        make.__name__: RenderedSubject(
+            label, _smaller(make, 2), _POINT_PIXEL | _SMALL_TILE, "half_plane", _BENT, counts=SLOW_COUNTS
+        )
+        for label, make in (("BSDF: matt floor", scenes.hemisphere), ("BSDF: glossy floor", scenes.lobe))
+    },
     **{
         f"box{bounces}": RenderedSubject(
-            f"Path: room, {bounces} bounce{'s' * (bounces > 1)}",
-            lambda resolution: scenes.box(_halved(resolution)),
-            _POINT_PIXEL | {"max_bounces": bounces, "diffuse_bounces": bounces},
+            f"Path: room, {depth.bounces_text(bounces)}",
+            _smaller(scenes.box, 3),
+            _POINT_PIXEL | _SMALL_TILE | {"max_bounces": bounces, "diffuse_bounces": bounces},
             None,
             "of Random alone",
+            bounces,
+            SLOW_COUNTS,
         )
         for bounces in (1, 2, 4, 8)
     },
@@ -110,7 +126,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         type=kinds.integer(1, 1 << 14),
         metavar="N",
-        help=f"samples; if not given, {' '.join(map(str, SCENE_COUNTS))} per pixel of a scene, and "
+        help=f"samples; if not given, {' '.join(map(str, SCENE_COUNTS))} per pixel of a scene, "
+        f"{' '.join(map(str, SLOW_COUNTS))} where that is slow, and "
         f"{' '.join(map(str, INTEGRAND_COUNTS))} of an integrand",
     )
     parser.add_argument(
@@ -274,8 +291,12 @@ def integrand_cell(sampler: str, requested: int, count: int, seeds: list[int], t
 
 def _measure_scene(data: dict, name: str, keep: Callable[[], None], on_progress: Callable) -> None:
     rendered = RENDERED[name]
-    data["subjects"].setdefault(name, new_subject(rendered.label, "scene", rendered.expected, rendered.note))
-    laboratory = Laboratory(_study(data, rendered), lambda share, now: on_progress(name, share, now))
+    study = _study(data, rendered)
+    subject = new_subject(
+        rendered.label, "scene", rendered.expected, rendered.note, study.scene.camera.resolution, rendered.bounces
+    )
+    data["subjects"].setdefault(name, subject)
+    laboratory = Laboratory(study, lambda share, now: on_progress(name, share, now))
     measure_scene(data, name, laboratory, lambda *_: keep())
     on_progress(name, 1, "done")
 
@@ -286,7 +307,7 @@ def _study(data: dict, rendered: RenderedSubject) -> Study:
         rendered.make(tuple(settings["resolution"])),
         RenderSettings(seed=settings["seed"], threads=data["machine"]["threads"], **rendered.settings),
         settings["samplers"],
-        settings["counts"] or SCENE_COUNTS,
+        settings["counts"] or rendered.counts,
         settings["seeds"],
     )
 
@@ -306,6 +327,8 @@ def draw(data: dict, folder: Path) -> list[Path]:
     for name in [name for name, subject in data["subjects"].items() if subject["cells"]]:
         written += style.save(chart_drawing.draw_subject(data, name), folder / name)
     written += style.save(chart_drawing.draw_overview(data), folder / "overview")
+    if depth.table(data)[1]:
+        written += style.save(chart_drawing.draw_depth(data), folder / "depth")
     tables = folder / "chart.md"
     with replacing(tables) as temporary:
         temporary.write_text(chart_tables.markdown(data), encoding="utf-8")

@@ -1,9 +1,10 @@
 """What chart.json holds: everything that a chart can be drawn from again, as plain dicts and lists.
 
-{"format": 1,
+{"format": 2,
  "settings": what was asked for, "machine": threads, cores …, "versions": Python, numpy, a digest of the sources,
  "compile_seconds": of the kernels, left out of all times,
  "subjects": {name: {"label", "kind": "integrand" or "scene", "expected": slope by sampler, "expected_note",
+                     "resolution": of a scene's pictures, "bounces": of a scene that is measured at several,
                      "references": [{"sampler", "judges", "samples", "seeds", "standard_error"}],
                      "cells": [the fields of `measure.Cell`]}}}
 """
@@ -14,7 +15,7 @@ import csv
 import hashlib
 import json
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -26,7 +27,7 @@ from ..samplers import SAMPLERS
 from ..settings import available_cores
 from .measure import Cell, Laboratory, Reference, assign_references
 
-FORMAT = 1
+FORMAT = 2
 
 
 def new_data(settings: dict, threads: int) -> dict:
@@ -51,12 +52,21 @@ def new_data(settings: dict, threads: int) -> dict:
     }
 
 
-def new_subject(label: str, kind: str, expected: Mapping[str, float], note: str) -> dict:
+def new_subject(
+    label: str,
+    kind: str,
+    expected: Mapping[str, float],
+    note: str,
+    resolution: Sequence[int] | None = None,
+    bounces: int | None = None,
+) -> dict:
     return {
         "label": label,
         "kind": kind,
         "expected": dict(expected),
         "expected_note": note,
+        "resolution": resolution and list(resolution),
+        "bounces": bounces,
         "references": [],
         "cells": [],
     }

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import EngFormatter, FixedLocator, LogLocator, NullFormatter, NullLocator, ScalarFormatter
 
 from ..samplers import SAMPLERS
-from . import style
+from . import depth, style
 from .chart_tables import Row, bias_bound, cells, claim_text, conditions_text, reference_text, rows
 from .efficiency import Curve, curves
 from .measure import Cell
@@ -74,6 +74,33 @@ def draw_overview(data: dict) -> Figure:
     claims = [claim_text(subject) for subject in subjects if subject["kind"] == "scene"]
     if claims:
         figure.supxlabel("\n".join(claims), x=0.01, ha="left", fontsize=7)
+    return figure
+
+
+@style.drawing()
+def draw_depth(data: dict) -> Figure:
+    """By how much each sampler errs less than Random on longer and longer paths, a panel for each count."""
+    found = depth.paths(data)
+    names, counts = depth.shown(data)
+    figure = style.figure(9 * len(counts), 8.5)
+    panels = figure.subplots(1, len(counts), sharey=True, squeeze=False)[0]
+    for ax, count in zip(panels, counts, strict=True):
+        ax.axhline(1, color=style.INK, linewidth=0.8)
+        for name in names:
+            gains = {b: depth.advantage(measured, name, count) for b, measured in found.items()}
+            points = [(b, *gain) for b, gain in gains.items() if gain]
+            look = {"color": style.color(name), "marker": style.marker(name), "capsize": 2, "elinewidth": 0.8}
+            if points:
+                ax.errorbar(*np.transpose(points)[:2], yerr=np.transpose(points)[2], **look)
+        ax.set_xscale("log", base=2)
+        ax.xaxis.set_major_locator(FixedLocator(list(found)))
+        ax.xaxis.set_major_formatter(lambda b, _: f"{b:.0f}\n({depth.dimensions(round(b))})")
+        ax.xaxis.set_minor_locator(NullLocator())
+        ax.grid(True)
+        ax.set(title=f"{count} samples", xlabel="Bounces (dimensions)")
+    panels[0].set_ylabel("RMSE of Random ÷ RMSE")
+    figure.suptitle("How many dimensions deep does a good sampler still help?", fontsize=12, fontweight="bold")
+    figure.legend(handles=legend_handles(names), loc="outside lower center", ncols=ABREAST)
     return figure
 
 

@@ -1,22 +1,25 @@
 """What a chart says in numbers: slopes, equal error, equal time, and the answer to "three times fewer samples".
 
-It reads the data of chart.json alone (see `chart`).
+It reads the data of chart.json alone (see `chart_data`).
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..samplers import SAMPLERS
+from . import depth
 from .efficiency import (
     FIT_FROM,
     MILESTONES,
     Curve,
     Needed,
+    TimesFewer,
     compare,
     curves,
     fit_slope,
@@ -125,7 +128,7 @@ def conditions_text(data: dict, subject: dict) -> list[str]:
         trials = f"{seeds} of {settings['trials']} integrands placed at random, two point sets each"
         time = "Time is that of making a set and of evaluating the integrand, many at once, on one thread."
         return [f"{trials}; {bands} {slopes}", f"{time} {_steadiness_text(subject)}"]
-    width, height = settings["resolution"]
+    width, height = subject["resolution"]
     threads = f"{machine['threads']} thread{'s' if machine['threads'] > 1 else ''}"
     return [
         f"{seeds} of {width} × {height} pixels, linear colour; {bands} {slopes}",
@@ -157,36 +160,58 @@ def errs_by_a_pattern(cell: Cell) -> bool:
 
 
 def claim(data: dict) -> list[str]:
-    """The measured answer to the lecture's "three times fewer samples", a line for each scene, or each integrand."""
-    subjects = data["subjects"].values()
+    """The measured answers to the lecture's "three times fewer samples" and to how deep that goes, as lines.
+
+    The first has a line for each scene, or each integrand, the second one for each number of bounces.
+    """
+    subjects = [subject for subject in data["subjects"].values() if subject["bounces"] is None]
     scenes = [subject for subject in subjects if subject["kind"] == "scene"]
-    lines = [claim_text(subject) for subject in scenes or subjects]
-    return ['"The best technique can require three times fewer samples than the worst." Measured:'] + [
-        f"  {line}" for line in lines
-    ]
+    lines = ['"The best technique can require three times fewer samples than the worst." Measured:']
+    lines += [f"  {claim_text(subject)}" for subject in scenes or subjects]
+    return (lines if subjects else []) + _depth_claim(data)
+
+
+def _depth_claim(data: dict) -> list[str]:
+    """How the advantage goes with the length of the path: nothing where no subject was measured at several bounces."""
+    lines = []
+    for bounces, measured in depth.paths(data).items():
+        if answer := times_fewer(measured):
+            where = f"{depth.bounces_text(bounces)}, {depth.dimensions(bounces)} dimensions"
+            lines.append(f"  {where}: for the error of the best of the six Random needs {_times_text(answer)}")
+    return ["How many dimensions deep does a good sampler still help? Measured:", *lines] if lines else []
 
 
 def claim_text(subject: dict) -> str:
     answer = times_fewer(curves(cells(subject)))
     if not answer:
         return f"{subject['label']}: not to be told without Random at one of {', '.join(map(str, MILESTONES))} samples"
-    parts = [
+    return f"{subject['label']}: for the error of the best of the six Random needs {_times_text(answer)}"
+
+
+def _times_text(answer: dict[int, TimesFewer]) -> str:
+    return ", ".join(
         f"{found.ratio:.3g} ± {found.uncertainty:.1g} times the {count} of {SAMPLERS[found.best].label}"
         for count, found in answer.items()
-    ]
-    return f"{subject['label']}: for the error of the best of the six Random needs {', '.join(parts)}"
+    )
 
 
 def markdown(data: dict) -> str:
     """All tables."""
     parts = [
         "# Error of the samplers",
-        "\n".join(claim(data)).replace("\n  ", "\n- ").replace("Measured:", "Measured:\n"),
+        re.sub(r"^  ", "- ", "\n".join(claim(data)), flags=re.MULTILINE).replace("Measured:", "Measured:\n"),
+        *_markdown_depth(data),
     ]
     for subject in data["subjects"].values():
         if subject["cells"]:
             parts += _markdown_subject(data, subject)
     return "\n\n".join(parts) + "\n"
+
+
+def _markdown_depth(data: dict) -> list[str]:
+    heads, lines = depth.table(data)
+    table = [heads, ["---", *["---:"] * (len(heads) - 1)], *lines]
+    return ["\n".join("| " + " | ".join(line) + " |" for line in table)] if lines else []
 
 
 def _markdown_subject(data: dict, subject: dict) -> list[str]:

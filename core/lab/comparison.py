@@ -101,7 +101,13 @@ def compare(
     study = Study(scene, settings, list(dict.fromkeys(samplers)), sorted(set(counts)), seeds)
     _check(study)
     data = chart_data.new_data(_settings_record(study), settings.thread_count)
-    subject = chart_data.new_subject("Error of samplers on this scene", "scene", {"random": -0.5}, "of Random alone")
+    subject = chart_data.new_subject(
+        "Error of samplers on this scene",
+        "scene",
+        {"random": -0.5},
+        "of Random alone",
+        data["settings"]["resolution"],
+    )
     data["subjects"][SUBJECT] = subject
     shown = _shown(study.counts)
     wanted = {(name, SAMPLERS[name].actual_count(n)) for name in study.samplers for n in shown}
