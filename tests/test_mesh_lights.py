@@ -153,8 +153,7 @@ def emitter_count(*instances: Instance) -> int:
     scene = Scene(camera_down(1.0), instances)
     packed = pack_scene(scene, 1)
     packed.embree.close()
-    emission = np.array([material.typical_emission for material in packed.programs.materials], np.float64)
-    return len(find_mesh_lights(scene, packed.arrays.geometry, packed.programs, emission).area)
+    return len(find_mesh_lights(scene, packed.arrays.geometry, packed.programs).area)
 
 
 def test_only_what_glows_and_may_be_sampled_is_a_light():
