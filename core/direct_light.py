@@ -42,15 +42,13 @@ from .batch import (
     Z,
 )
 from .jit import device, kernel
-from .lights import LightArrays
+from .lights import SHINES_THROUGH, LightArrays
 from .lobes import evaluate_lobes, first_lobe
-from .scene import VISIBLE_TO_DIFFUSE
-from .surface import JUST_AHEAD
+from .scene import VISIBLE_TO_DIFFUSE, VISIBLE_TO_GLOSSY, VISIBLE_TO_TRANSMISSION
+from .surface import JUST_AHEAD, SHORT_OF_LAMP
 from .warps import INV_PI, PI
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
-#: The share of the way to a lamp that is looked along: a lamp that lies in a surface is not shadowed by that surface.
-_SHORT_OF_LAMP = np.float32(1 - 2.0**-18)
 
 
 class Clamp(NamedTuple):
@@ -118,39 +116,45 @@ def reflect(batch: Batch, lobe_stride: int, diffuse_competes: bool, packets: int
             scale = _ONE / length
             x, y, z = dx * scale, dy * scale, dz * scale
             side = x * nx + y * ny + z * nz
-            competes = diffuse_competes
+            # 1 / the density of the light sample times that of the ray that scatters is the ratio of both densities.
+            spread = f[i + LIGHT_SPREAD]
             if bits[i + LOBE_COUNT] == np.uint32(0):
                 cosine = x * f[i + SHADING_NORMAL] + y * f[i + SHADING_NORMAL + Y] + z * f[i + SHADING_NORMAL + Z]
                 seen = bits[i + LIGHT_VISIBILITY] & np.uint32(VISIBLE_TO_DIFFUSE) != np.uint32(0)
                 cosine = cosine if (side > _ZERO) & (cosine > _ZERO) & seen else _ZERO
-                density = cosine * INV_PI
-                r, g, b = cosine * f[i + ALBEDO], cosine * f[i + ALBEDO + Y], cosine * f[i + ALBEDO + Z]
+                share = cosine * share_of_light(cosine * INV_PI, spread if diffuse_competes else _ZERO)
+                r, g, b = share * f[i + ALBEDO], share * f[i + ALBEDO + Y], share * f[i + ALBEDO + Z]
             else:
-                r, g, b, density = _evaluate(batch, lobe_stride, i, x, y, z)
+                r, g, b = _reflect_by_lobes(batch, lobe_stride, i, x, y, z, side, spread)
                 r, g, b = r * PI, g * PI, b * PI
-                competes = True
-            # The spread of the light sample times the density of the ray that scatters: the ratio of both densities.
-            ratio = density * f[i + LIGHT_SPREAD] if competes else _ZERO
-            share = length / (_ONE + ratio * ratio)
-            f[i + REFLECTED] = share * r
-            f[i + REFLECTED + Y] = share * g
-            f[i + REFLECTED + Z] = share * b
+            f[i + REFLECTED] = length * r
+            f[i + REFLECTED + Y] = length * g
+            f[i + REFLECTED + Z] = length * b
             if max(r, g, b) <= _ZERO:
                 f[i + LIGHT_WEIGHT] = _ZERO
             sign = _ONE if side > _ZERO else -_ONE
             _make_shadow_ray(f, i, dx, dy, dz, sign * nx, sign * ny, sign * nz)
+            if bits[i + LIGHT_VISIBILITY] & np.uint32(SHINES_THROUGH) != np.uint32(0):
+                f[i + SHADOW + T_FAR] = _ZERO  # before where the ray begins to look
 
 
 @device
-def _evaluate(
-    batch: Batch, lobe_stride: int, i: int, x: float, y: float, z: float
-) -> tuple[float, float, float, float]:
-    """The lobes of lane i for light from (x, y, z), unit: Σ BSDF × cosine, and the density of scattering there."""
+def share_of_light(density: float, spread: float) -> float:
+    """The light sample's share by the power heuristic: `spread` is 1 / its density, `density` that of scattering."""
+    ratio = density * spread
+    return _ONE / (_ONE + ratio * ratio)
+
+
+@device
+def _reflect_by_lobes(
+    batch: Batch, lobe_stride: int, i: int, x: float, y: float, z: float, side: float, spread: float
+) -> tuple[float, float, float]:
+    """Σ BSDF × cosine of lane i's lobes for light from (x, y, z), unit, less what rays that scatter there bring."""
     f, bits = batch.floats, batch.bits
     vx, vy, vz = f[i + DIRECTION], f[i + DIRECTION + Y], f[i + DIRECTION + Z]
     scale = -_ONE / np.float32(math.sqrt(vx * vx + vy * vy + vz * vz))
     first = first_lobe(i, lobe_stride)
-    return evaluate_lobes(
+    r, g, b, density, other_r, other_g, other_b, other_density = evaluate_lobes(
         batch.lobes,
         first,
         np.int64(bits[i + LOBE_COUNT]),
@@ -163,7 +167,17 @@ def _evaluate(
         f[i + GEOMETRIC_NORMAL],
         f[i + GEOMETRIC_NORMAL + Y],
         f[i + GEOMETRIC_NORMAL + Z],
-        np.int64(bits[i + LIGHT_VISIBILITY]),
+    )
+    visibility, other_kind = bits[i + LIGHT_VISIBILITY], VISIBLE_TO_GLOSSY if side > _ZERO else VISIBLE_TO_TRANSMISSION
+    share = other_share = _ZERO
+    if visibility & np.uint32(VISIBLE_TO_DIFFUSE):
+        share = share_of_light(density, spread)
+    if visibility & np.uint32(other_kind):
+        other_share = share_of_light(other_density, spread)
+    return (
+        share * r + other_share * other_r,
+        share * g + other_share * other_g,
+        share * b + other_share * other_b,
     )
 
 
@@ -181,7 +195,7 @@ def _make_shadow_ray(f: np.ndarray, i: int, dx: float, dy: float, dz: float, nx:
     f[i + SHADOW + DIRECTION + Y] = dy - turn * ny
     f[i + SHADOW + DIRECTION + Z] = dz - turn * nz
     f[i + SHADOW + TIME] = _ZERO
-    f[i + SHADOW + T_FAR] = reach * _SHORT_OF_LAMP
+    f[i + SHADOW + T_FAR] = reach * SHORT_OF_LAMP
 
 
 @kernel

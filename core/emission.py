@@ -35,9 +35,11 @@ from .batch import (
 from .direct_light import Clamp, add_radiance, clamp_limit
 from .environment import EnvironmentMap, environment_pdf
 from .jit import device, kernel
+from .light_choice import next_on_ray
 from .lights import IS_ELLIPSE, IS_FACING_DISK, IS_SPHERE, IS_SUN, LightArrays, chance_of_lamp, cone_share
 from .mesh_lights import MeshLights, emitter_of, spread_of_emitter
 from .scene import VISIBLE_TO_CAMERA
+from .surface import SHORT_OF_LAMP
 from .warps import PI, one_minus_cos
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
@@ -134,13 +136,27 @@ def _spread_of_surface(f: np.ndarray, bits: np.ndarray, emitters: MeshLights, i:
 def add_lamps(batch: Batch, lights: LightArrays, clamp: Clamp, packets: int) -> None:
     """Add the lamps that rays off surfaces that are not Lambertian meet before anything else; lamps hide nothing."""
     f = batch.floats
-    for light in range(len(lights.kind)):
-        if lights.area[light] == _ZERO:
-            continue
-        for p in range(packets):
-            for i in range(p * PACKET, p * PACKET + LANES):
-                if (f[i + ACTIVE] > _ZERO) & (f[i + SEES_LAMPS] > _ZERO):
-                    _add_lamp(batch, lights, light, clamp, i)
+    one_by_one, has_more = lights.each, lights.each < len(lights.kind)
+    for p in range(packets):
+        for i in range(p * PACKET, p * PACKET + LANES):
+            if (f[i + ACTIVE] > _ZERO) & (f[i + SEES_LAMPS] > _ZERO):
+                for light in range(one_by_one):
+                    if lights.area[light] > _ZERO:
+                        _add_lamp(batch, lights, light, clamp, i)
+                if has_more:
+                    _add_lamps_of_tree(batch, lights, clamp, i)
+
+
+@device
+def _add_lamps_of_tree(batch: Batch, lights: LightArrays, clamp: Clamp, i: int) -> None:
+    f = batch.floats
+    ox, oy, oz = _scattered_at(f, i)
+    x, y, z = f[i + DIRECTION], f[i + DIRECTION + Y], f[i + DIRECTION + Z]
+    emitter, node = next_on_ray(lights.tree, 1, ox, oy, oz, x, y, z)
+    while emitter >= 0:
+        if lights.area[lights.each + emitter] > _ZERO:
+            _add_lamp(batch, lights, lights.each + emitter, clamp, i)
+        emitter, node = next_on_ray(lights.tree, node, ox, oy, oz, x, y, z)
 
 
 @device
@@ -148,12 +164,14 @@ def _add_lamp(batch: Batch, lights: LightArrays, light: int, clamp: Clamp, i: in
     f, bits = batch.floats, batch.bits
     if bits[i + MASK] & lights.visibility[light] == np.uint32(0):
         return
+    if (f[i + SPREAD] > _ZERO) & (not lights.cast_shadow[light]):
+        return  # it shines through what the ray would hit before it: the light samples have all of it
     x, y, z = f[i + DIRECTION], f[i + DIRECTION + Y], f[i + DIRECTION + Z]
     back = f[i + PASSED]
     ox, oy, oz = _scattered_at(f, i)
     distance, spread = _meet(lights, light, ox, oy, oz, x, y, z)
     end = back + f[i + T_FAR] if bits[i + PRIMITIVE] != INVALID else np.float32(np.inf)
-    if (distance < back) | (distance > end) | (spread <= _ZERO):
+    if (distance < back) | (distance * SHORT_OF_LAMP > end) | (spread <= _ZERO):
         return
     if f[i + SPREAD] > _ZERO:
         nx, ny, nz = f[i + RECEIVER], f[i + RECEIVER + Y], f[i + RECEIVER + Z]

@@ -116,7 +116,8 @@ def build_environment(radiance: np.ndarray) -> EnvironmentMap:
     row_power = mean.sum(axis=1, dtype=np.float64) * solid_angle
     power = row_power.sum()
     even_share = EVEN_SHARE if power > 0 else 1.0
-    mean *= np.float32((1 - even_share) / power if power > 0 else 0)
+    # In float64: the factor of a world that is almost black is beyond float32.
+    np.multiply(mean, (1 - even_share) / power if power > 0 else 0, out=mean, dtype=np.float64, casting="same_kind")
     environment = EnvironmentMap(
         np.float32(even_share),
         mean + np.float32(even_share / (4 * np.pi)),

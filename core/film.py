@@ -103,6 +103,8 @@ def add_samples(sums: TileSums, batch: Batch, opaque: bool, first: int, samples:
                 sums.normal[pixel, 0] += f[i + NORMAL]
                 sums.normal[pixel, 1] += f[i + NORMAL + Y]
                 sums.normal[pixel, 2] += f[i + NORMAL + Z]
+        if opaque and number + run == samples and sums.count[pixel] == 0:
+            sums.combined[pixel, 3] = 1  # black, not a hole in the picture
         done += run
 
 

@@ -166,7 +166,7 @@ def render_blocks(
             last = step == ways.steps - 1
             if last and not (ways.shines or ways.lamps_can_be_met):
                 break
-            _scatter(batch, frame.points.bsdf, ways, lobe_stride, block, step)
+            _scatter(batch, frame, lobe_stride, block, step)
             if last and not (ways.surfaces_shine or ways.lamps_can_be_met or ways.can_pass):
                 _look_at_world(batch, traversal, packets)
             else:
@@ -274,8 +274,9 @@ def _sample_a_light(batch: Batch, side: Batch, frame: Frame, block: Block, step:
 
 
 @device
-def _scatter(batch: Batch, points: PointTable, ways: Ways, lobe_stride: int, block: Block, step: int) -> None:
+def _scatter(batch: Batch, frame: Frame, lobe_stride: int, block: Block, step: int) -> None:
     """Send the paths on from the surfaces that they have reached."""
+    ways, points = frame.ways, frame.points.bsdf
     roulette = step >= ROULETTE_FROM
     if roulette or not ways.only_diffuse:
         _look_up(batch, CHOICE, points, ways.steps + step, block)
@@ -283,7 +284,7 @@ def _scatter(batch: Batch, points: PointTable, ways: Ways, lobe_stride: int, blo
     if ways.only_diffuse:
         scatter_diffusely(batch, roulette, block.packets)
     else:
-        scatter(batch, lobe_stride, roulette, block.packets)
+        scatter(batch, lobe_stride, frame.camera.clip_end, roulette, block.packets)
 
 
 @kernel

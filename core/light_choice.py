@@ -233,6 +233,36 @@ def emitter_probability(
     return chance
 
 
+@subroutine
+def next_on_ray(
+    tree: LightTree, node: int, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
+) -> tuple[int, int]:
+    """The first leaf from `node` on that the ray from o along d, unit, may meet: (emitter, the node to go on from).
+
+    Start at node 1. Node 0: there was none, or none is left.
+    """
+    nodes, leaves = tree.nodes, len(tree.emitter)
+    while node > 0:
+        if not _is_met(nodes, node, ox, oy, oz, dx, dy, dz):
+            node = _next(node)
+        elif node < leaves:
+            node = 2 * node
+        else:
+            return tree.emitter[node - leaves], _next(node)
+    return -1, 0
+
+
+@device
+def _is_met(nodes: np.ndarray, k: int, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float) -> bool:
+    """Whether the ray may meet the sphere around node k."""
+    radius = nodes[k, RADIUS] * (ONE + _SLACK)
+    cx, cy, cz = nodes[k, CENTER] - ox, nodes[k, CENTER + 1] - oy, nodes[k, CENTER + 2] - oz
+    along, square = cx * dx + cy * dy + cz * dz, cx * cx + cy * cy + cz * cz
+    px, py, pz = cx - along * dx, cy - along * dy, cz - along * dz
+    aside = px * px + py * py + pz * pz
+    return nodes[k, POWER] > ZERO and aside <= radius and (along >= ZERO or square <= radius)
+
+
 @device
 def _is_near(nodes: np.ndarray, k: int, x: float, y: float, z: float) -> bool:
     """Whether node k fills so much of what the point sees that one bound for all of it would say little."""

@@ -45,8 +45,8 @@ IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2,
 _ZERO, _HALF, _ONE, _TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
 #: A spot's edge without blend: steep enough to be a step, finite so that 0 × it stays 0.
 _HARD_EDGE = 1e30
-#: The reach of a shadow ray that nothing can be in the way of.
-_NO_WAY = np.float32(1e-20)
+#: A bit beside those of `scene` in LIGHT_VISIBILITY: nothing can be in the way of this light.
+SHINES_THROUGH = 64
 
 
 class LightArrays(NamedTuple):
@@ -142,9 +142,9 @@ def _emitters(arrays: list[np.ndarray], lights: Sequence[Light]) -> Emitters:
 def _spot_cone(light: SpotLight) -> tuple[np.ndarray, float]:
     """Where a spot looks, and how far off that it shines, radians: of a stretched one, anywhere."""
     matrix = np.array(light.matrix, np.float64)[:3, :3]
-    scales = np.linalg.norm(matrix, axis=0)
-    is_round = np.allclose(scales, scales[0], rtol=1e-3)
-    return -matrix[:, 2] / max(scales[2], 1e-30), light.spot_size / 2 if is_round else np.pi
+    squares = matrix.T @ matrix
+    is_round = np.allclose(squares, squares[0, 0] * np.eye(3), rtol=1e-3, atol=1e-3 * squares[0, 0])
+    return -matrix[:, 2] / max(np.sqrt(squares[2, 2]), 1e-30), light.spot_size / 2 if is_round else np.pi
 
 
 def _check_light(light: Light) -> None:
@@ -265,8 +265,6 @@ def sample_chosen_lights(batch: Batch, lights: LightArrays, packets: int) -> Non
             else:
                 _to_point(f, i, ox, oy, oz)
             _describe(f, bits, lights, light, i, _ONE / chance)
-            if not lights.cast_shadow[light]:
-                f[i + SHADOW + T_FAR] = _NO_WAY
             if lights.spot[light]:
                 f[i + LIGHT_WEIGHT] *= _cone(f, lights, light, i)
 
@@ -298,8 +296,12 @@ def _describe(f: np.ndarray, bits: np.ndarray, lights: LightArrays, light: int, 
     f[i + LIGHT_COLOR] = lights.color[light, 0] * one_in
     f[i + LIGHT_COLOR + Y] = lights.color[light, 1] * one_in
     f[i + LIGHT_COLOR + Z] = lights.color[light, 2] * one_in
-    f[i + LIGHT_SPREAD] = lights.area[light] * f[i + LIGHT_WEIGHT] * distance * one_in
-    bits[i + LIGHT_VISIBILITY] = lights.visibility[light]
+    if lights.cast_shadow[light]:
+        f[i + LIGHT_SPREAD] = lights.area[light] * f[i + LIGHT_WEIGHT] * distance * one_in
+        bits[i + LIGHT_VISIBILITY] = lights.visibility[light]
+    else:
+        f[i + LIGHT_SPREAD] = _ZERO  # a ray that scatters may be blocked where this light is not
+        bits[i + LIGHT_VISIBILITY] = lights.visibility[light] | np.uint32(SHINES_THROUGH)
 
 
 @device

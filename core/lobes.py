@@ -65,7 +65,6 @@ from .microfacet import (
     visible_and_lit_share,
     visible_share,
 )
-from .scene import VISIBLE_TO_DIFFUSE, VISIBLE_TO_GLOSSY, VISIBLE_TO_TRANSMISSION
 from .warps import BELOW_ONE, HALF, INV_PI, ONE, QUARTER, TWO, ZERO, square_to_cosine_hemisphere
 
 #: Directions of a density below this are given up: no sample in 10²⁰ has one, and it would be divided by.
@@ -75,7 +74,6 @@ RAREST = np.float32(1e-20)
 #: surface as if it were not there.
 ABSORBED, DIFFUSE_REFLECTION, GLOSSY_REFLECTION, DIFFUSE_TRANSMISSION, TRANSMISSION, STRAIGHT = range(6)
 
-_ALL = np.int64(VISIBLE_TO_DIFFUSE | VISIBLE_TO_GLOSSY | VISIBLE_TO_TRANSMISSION)
 _BLACK = (ZERO, ZERO, ZERO, ZERO)
 _NOTHING = (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ABSORBED)
 _NO_FACET = (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ABSORBED, False)
@@ -101,34 +99,30 @@ def evaluate_lobes(
     gx: float,
     gy: float,
     gz: float,
-    visibility: int,
-) -> tuple[float, float, float, float]:
-    """(red, green, blue, density): Σ weight × BSDF × |cosine of l| over `count` lobes from `first` of `lobes` on.
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Σ weight × BSDF × |cosine of l| over `count` lobes from `first` of `lobes` on, and the density of sampling l.
 
-    The density is that of l in `sample_lobes`, per steradian. `visibility` are bits VISIBLE_TO_DIFFUSE, ...: of the
-    colour, not of the density, only lobes of these kinds count. Translucency is diffuse, as in Cycles.
+    (red, green, blue, density) of the diffuse lobes, and the same of all others. Rays of the two kinds are told apart,
+    because things may be visible to one of them only: `sample_lobes` gives l by a diffuse lobe with the first density,
+    per steradian, by another with the second. Translucency is diffuse, as in Cycles.
     """
     red = green = blue = density = chances = ZERO
+    other_red = other_green = other_blue = other_density = ZERO
     before = gx * lx + gy * ly + gz * lz
     for k in range(count):
         at = first + k * LOBE_SIZE
         r, g, b, lobe_density = _evaluate_lobe(lobes, at, vx, vy, vz, lx, ly, lz, before)
+        r, g, b = lobes[at + WEIGHT] * r, lobes[at + WEIGHT + 1] * g, lobes[at + WEIGHT + 2] * b
         chance = lobes[at + CHANCE]
-        density += chance * lobe_density
         chances += chance
-        if _visible_to(np.int64(lobes[at + KIND]), before) & visibility:
-            red += lobes[at + WEIGHT] * r
-            green += lobes[at + WEIGHT + 1] * g
-            blue += lobes[at + WEIGHT + 2] * b
-    return red, green, blue, (density / chances if chances > ZERO else ZERO)
-
-
-@device
-def _visible_to(kind: int, before: float) -> int:
-    """The bit of visibility that a lobe stands for in directions whose cosine to the triangle is `before`."""
-    if kind in (LAMBERT, OREN_NAYAR, TRANSLUCENT):
-        return VISIBLE_TO_DIFFUSE
-    return VISIBLE_TO_GLOSSY if before > ZERO else VISIBLE_TO_TRANSMISSION
+        kind = np.int64(lobes[at + KIND])
+        if kind in (LAMBERT, OREN_NAYAR, TRANSLUCENT):
+            red, green, blue, density = red + r, green + g, blue + b, density + chance * lobe_density
+        else:
+            other_red, other_green, other_blue = other_red + r, other_green + g, other_blue + b
+            other_density += chance * lobe_density
+    scale = ONE / chances if chances > ZERO else ZERO
+    return red, green, blue, density * scale, other_red, other_green, other_blue, other_density * scale
 
 
 @device
@@ -325,8 +319,9 @@ def sample_lobes(
     """(x, y, z, red, green, blue, density, event): where a path goes on from `count` lobes from `first` of `lobes` on.
 
     `choice` picks a lobe by its chance, (u, v) the direction; all are in [0, 1). The colour is what the path's
-    throughput is multiplied with: BSDF × |cosine| / density of all lobes together, or that of the delta that was picked
-    over the chance of picking it. The density is per steradian, 0 of a delta. Of ABSORBED all is 0.
+    throughput is multiplied with: BSDF × |cosine| / density of all diffuse lobes together, or of all others, whichever
+    the picked one is of; or that of the delta that was picked over the chance of picking it. The density is per
+    steradian, 0 of a delta. Of ABSORBED all is 0.
     """
     at, share, rest = _pick_lobe(lobes, first, count, choice)
     if share <= ZERO:
@@ -344,7 +339,11 @@ def sample_lobes(
         return _NOTHING
     if delta:
         return x, y, z, r / share, g / share, b / share, ZERO, event
-    r, g, b, density = evaluate_lobes(lobes, first, count, vx, vy, vz, x, y, z, gx, gy, gz, _ALL)
+    r, g, b, density, other_r, other_g, other_b, other_density = evaluate_lobes(
+        lobes, first, count, vx, vy, vz, x, y, z, gx, gy, gz
+    )
+    if event in (GLOSSY_REFLECTION, TRANSMISSION):
+        r, g, b, density = other_r, other_g, other_b, other_density
     if density < RAREST:
         return _NOTHING
     return x, y, z, r / density, g / density, b / density, density, event

@@ -18,8 +18,9 @@ import numpy as np
 from .embree import EmbreeScene, PlacedTriangles, build_scene
 from .embree_run import RunScene
 from .errors import SceneError
+from .instructions import NONE
 from .packed_materials import MaterialArrays, pack_materials
-from .programs import NONE, Programs
+from .programs import Programs
 from .scene import VISIBLE_TO_SHADOWS, Instance, Material, Mesh, Scene
 
 #: A bit beside `scene.VISIBLE_TO_SHADOWS`, and in its place, of what tints shadows rather than to make them black.
@@ -181,7 +182,7 @@ def _pack_meshes(
     all_triangles = np.concatenate(
         [np.ascontiguousarray(mesh.triangles, np.uint32) for mesh in meshes] or [np.zeros((0, 3), np.uint32)]
     )
-    normals = [_placed_normals(mesh, alone.get(id(mesh))) for mesh in meshes]
+    normals = [_placed_normals(_sound_normals(mesh), alone.get(id(mesh))) for mesh in meshes]
     uvs = [mesh.uvs for mesh in meshes]
     tangents = [_placed_tangents(mesh, alone.get(id(mesh))) for mesh in meshes]
     colors = [[mesh.attributes.get(name) for mesh in meshes] for name in attributes]
@@ -217,10 +218,24 @@ def _placed_vertices(mesh: Mesh, instance: Instance | None, center: np.ndarray) 
     return (mesh.vertices.astype(np.float64) @ rows[:, :3].T + rows[:, 3]).astype(np.float32)
 
 
-def _placed_normals(mesh: Mesh, instance: Instance | None) -> np.ndarray | None:
-    if mesh.corner_normals is None or instance is None:
-        return mesh.corner_normals
-    normals = mesh.corner_normals.astype(np.float32) @ _normal_matrix(instance.matrix).T.astype(np.float32)
+def _sound_normals(mesh: Mesh) -> np.ndarray | None:
+    """The corner normals, those of the triangle where they are none: degenerate faces can have them NaN or zero."""
+    normals = mesh.corner_normals
+    # NaN and infinity survive a sum, and of NaN every comparison is False.
+    sound = None if normals is None else np.abs(normals).sum(axis=2)
+    if sound is None or (good := (sound > 0) & (sound < np.inf)).all():
+        return normals
+    a, b, c = mesh.vertices.astype(np.float64)[mesh.triangles].transpose(1, 0, 2)
+    flat = np.cross(b - a, c - a)
+    length = np.linalg.norm(flat, axis=1, keepdims=True)
+    flat = np.where(length > 0, flat / np.where(length > 0, length, 1), (0, 0, 1))
+    return np.where(good[..., None], normals, flat[:, None]).astype(np.float32)
+
+
+def _placed_normals(normals: np.ndarray | None, instance: Instance | None) -> np.ndarray | None:
+    if normals is None or instance is None:
+        return normals
+    normals = normals.astype(np.float32) @ _normal_matrix(instance.matrix).T.astype(np.float32)
     length = np.linalg.norm(normals, axis=2, keepdims=True)
     return normals / np.where(length > 0, length, 1)
 
@@ -236,8 +251,14 @@ def _placed_tangents(mesh: Mesh, instance: Instance | None) -> np.ndarray | None
 
 
 def _concatenate(arrays: Sequence[np.ndarray | None], empty: tuple[int, ...], dtype: type) -> np.ndarray:
+    """One array of all that are there; what is not a finite number, as of a degenerate face, is 0."""
     present = [np.ascontiguousarray(array, dtype) for array in arrays if array is not None]
-    return np.concatenate(present) if present else np.zeros(empty, dtype)
+    if not present:
+        return np.zeros(empty, dtype)
+    joined = np.concatenate(present)
+    if not np.isfinite(joined).all():
+        np.nan_to_num(joined, copy=False, nan=0, posinf=0, neginf=0)
+    return joined
 
 
 def _starts(arrays: Sequence[np.ndarray | None]) -> np.ndarray:

@@ -23,14 +23,14 @@ from .environment import NO_ENVIRONMENT
 from .errors import SettingsError
 from .film import PASSES, Film, develop, new_tile_sums
 from .filters import offset_table
+from .instructions import NONE
 from .integrator import Frame, Limits, Points, Ways, render_blocks
 from .lights import LightArrays, pack_lights
 from .materials import fill_constants
 from .mesh_lights import find_mesh_lights
 from .packing import PackedScene, pack_scene
-from .programs import NONE
 from .scattering import ROULETTE_FROM
-from .scene import Scene
+from .scene import VISIBLE_TO_DIFFUSE, VISIBLE_TO_SURFACES, Scene
 from .settings import RenderSettings
 from .shared_use import SharedUse
 from .world_light import picture_world
@@ -138,8 +138,9 @@ def _make_frame(scene: Scene, settings: RenderSettings, packed: PackedScene) -> 
     arrays, programs, materials = packed.arrays, packed.programs, packed.arrays.materials
     registers = fill_constants(arrays, programs)
     camera = pack_camera(scene.camera, packed.center, offset_table(settings))
-    lights = pack_lights(scene.lights, packed.center)
     only_diffuse = not any(material.has_lobes for material in programs.materials)
+    kinds = VISIBLE_TO_DIFFUSE if only_diffuse else VISIBLE_TO_SURFACES
+    lights = pack_lights([light for light in scene.lights if light.visibility & kinds], packed.center)
     can_pass = any(material.may_pass for material in programs.materials)
     world_varies = programs.world.start != NONE
     emitters = find_mesh_lights(scene, arrays.geometry, programs)
@@ -192,7 +193,7 @@ def _limits(settings: RenderSettings, only_diffuse: bool) -> Limits:
 
 def _dimensions(ways: Ways, lights: LightArrays, has_lens: bool) -> dict[str, int]:
     """How many point sets a path takes from each domain."""
-    samples_lights = lights.extended.any() or ways.has_emitters or ways.has_environment
+    samples_lights = lights.extended.any() or ways.chooses_lamps or ways.has_emitters or ways.has_environment
     scatters = ways.steps if ways.steps > 1 or ways.shines or ways.lamps_can_be_met else 0
     # The choice of a lobe and Russian roulette take a set of their own.
     chooses = scatters > ROULETTE_FROM or not ways.only_diffuse

@@ -1,8 +1,9 @@
 """Scattering: where a path goes on from a surface, and when it ends.
 
 A path ends where it is absorbed, where it has used up its bounces, or by Russian roulette (Arvo and Kirk 1990): from
-ROULETTE_FROM bounces on it survives with the probability of its throughput, which is divided by it, so that the mean
-stays what it is. A ray whose bounces are used up still goes to the next surface, and sees what that emits.
+ROULETTE_FROM surfaces on, those included that it passed straight through, it survives with the probability of its
+throughput, which is divided by it, so that the mean stays what it is. A ray whose bounces are used up still goes to the
+next surface, and sees what that emits. Of transparent surfaces it passes one more than shadow rays do, as in Cycles.
 """
 
 from __future__ import annotations
@@ -53,17 +54,18 @@ from .lobe_record import KIND, LOBE_SIZE, TRANSPARENT
 from .lobes import (
     ABSORBED,
     DIFFUSE_REFLECTION,
+    DIFFUSE_TRANSMISSION,
     GLOSSY_REFLECTION,
     STRAIGHT,
     first_lobe,
     sample_lobes,
 )
-from .scene import VISIBLE_TO_DIFFUSE, VISIBLE_TO_GLOSSY, VISIBLE_TO_TRANSMISSION
+from .scene import VISIBLE_TO_CAMERA, VISIBLE_TO_DIFFUSE, VISIBLE_TO_GLOSSY, VISIBLE_TO_TRANSMISSION
 from .surface import JUST_AHEAD
 from .warps import PI, square_to_cosine_hemisphere
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
-#: A path is sure to live for so many bounces. Ending it earlier saves rays but costs more noise (measured in a box
+#: A path is sure to live for so many surfaces. Ending it earlier saves rays but costs more noise (measured in a box
 #: of albedo 0.5 and 0.8).
 ROULETTE_FROM = 3
 
@@ -118,8 +120,11 @@ def _survive(f: np.ndarray, i: int) -> None:
 
 
 @kernel
-def scatter(batch: Batch, lobe_stride: int, roulette: bool, packets: int) -> None:
-    """Send each path on from whatever surface it is on, in a direction sampled from the surface's BSDF."""
+def scatter(batch: Batch, lobe_stride: int, clip_end: float, roulette: bool, packets: int) -> None:
+    """Send each path on from whatever surface it is on, in a direction sampled from the surface's BSDF.
+
+    A camera's ray that passes straight through still ends at `clip_end`.
+    """
     f, bits = batch.floats, batch.bits
     for p in range(packets):
         for i in range(p * PACKET, p * PACKET + LANES):
@@ -143,6 +148,8 @@ def scatter(batch: Batch, lobe_stride: int, roulette: bool, packets: int) -> Non
                 f[i + PASSED] += f[i + T_FAR]
             _start_ray(f, bits, i, x, y, z, sign * gx, sign * gy, sign * gz)
             if event == STRAIGHT:
+                if bits[i + MASK] == np.uint32(VISIBLE_TO_CAMERA):
+                    f[i + T_FAR] = clip_end - f[i + PASSED]
                 _pass_through(f, i)
             else:
                 _remember(f, bits, i, count, density, event)
@@ -210,7 +217,7 @@ def _remember(f: np.ndarray, bits: np.ndarray, i: int, count: int, density: floa
     f[i + SPREAD] = _ONE / density if density > _ZERO else _ZERO
     f[i + SEES_LAMPS] = _ONE if count > 0 else _ZERO
     f[i + PASSED] = _ZERO
-    if event == DIFFUSE_REFLECTION:
+    if event in (DIFFUSE_REFLECTION, DIFFUSE_TRANSMISSION):
         bits[i + MASK] = np.uint32(VISIBLE_TO_DIFFUSE)
     elif event == GLOSSY_REFLECTION:
         bits[i + MASK] = np.uint32(VISIBLE_TO_GLOSSY)

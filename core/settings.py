@@ -19,7 +19,8 @@ class RenderSettings:
     A domain's own sampler (`pixel_sampler`, `lens_sampler`, `light_sampler`, `bsdf_sampler`) overrides `sampler`.
     `samples` is the count asked for; `sample_count` is the one that all chosen samplers can make.
     `max_bounces` 0 is direct light only; a path also ends after its own kind's limit of reflections by diffuse or
-    glossy lobes, of transmissions, or of surfaces that it passed straight through (`transparent_bounces`).
+    glossy lobes, of transmissions, or of surfaces that it passed straight through (`transparent_bounces`). The ray that
+    is one too many still gathers what it meets.
     `clamp_indirect` limits what one sample's bounced light may add to the mean of its channels, 0: not at all. It is a
     bias: the picture lacks what was cut off. `border` is (left, bottom, right, top) in pixels of the full frame, from
     its lower left corner, the right and top edges outside. `threads` 0 means one per core; neither it nor

@@ -37,6 +37,7 @@ from .batch import (
     Y,
     Z,
 )
+from .instructions import NONE
 from .jit import device, kernel
 from .packing import (
     CORNER_NORMAL,
@@ -51,7 +52,6 @@ from .packing import (
     Geometry,
     SceneArrays,
 )
-from .programs import NONE
 from .scene import VISIBLE_TO_CAMERA
 
 #: The step off a surface, as a share of the coordinates that went into the hit. Interpolating three vertices and
@@ -59,6 +59,8 @@ from .scene import VISIBLE_TO_CAMERA
 STEP_OFF = np.float32(2.0**-19)
 #: Where a ray that leaves a surface begins to look, so that the step may be 0 where nothing was rounded.
 JUST_AHEAD = np.float32(1e-30)
+#: The share of the way to a lamp in which something can stand before it: a surface that it lies in does not.
+SHORT_OF_LAMP = np.float32(1 - 2.0**-18)
 
 #: Depth where a ray hits nothing, as in Blender.
 MISSED_DEPTH = np.float32(1e10)
@@ -70,8 +72,7 @@ _ZERO, _ONE = np.float32(0), np.float32(1)
 def find_surfaces(batch: Batch, scene: SceneArrays, packets: int) -> None:
     """Turn hits into surfaces: position, normals, material, and what of the material is constant.
 
-    A ray that hits nothing arrives at the world, which is a material that only emits; its path ends where even that is
-    black.
+    A ray that hits nothing arrives at the world, which is a material that only emits.
     """
     f, bits = batch.floats, batch.bits
     geometry, world = scene.geometry, np.uint32(scene.materials.world)

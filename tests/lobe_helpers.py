@@ -8,7 +8,6 @@ from scipy import stats
 from core import lobe_record as record
 from core.jit import kernel
 from core.lobes import evaluate_lobes, sample_lobes
-from core.scene import VISIBLE_TO_SURFACES
 
 F = np.float32
 UP = np.array([0.0, 0.0, 1.0])
@@ -47,13 +46,12 @@ def lobe(
 
 
 @kernel
-def _evaluate(lobes, count, v, to, g, visibility, out):
+def _evaluate(lobes, count, v, to, g, out):
     for i in range(len(v)):
         vx, vy, vz, x, y, z = v[i, 0], v[i, 1], v[i, 2], to[i, 0], to[i, 1], to[i, 2]
-        red, green, blue, density = evaluate_lobes(
-            lobes, np.int64(0), count, vx, vy, vz, x, y, z, g[0], g[1], g[2], visibility
-        )
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = red, green, blue, density
+        values = evaluate_lobes(lobes, np.int64(0), count, vx, vy, vz, x, y, z, g[0], g[1], g[2])
+        for k in range(8):
+            out[i, k] = values[k]
 
 
 @kernel
@@ -66,13 +64,20 @@ def _sample(lobes, count, v, g, points, out, events):
         out[i, 6] = density
 
 
-def evaluate(lobes: list, views, lights, g=UP, visibility: int = VISIBLE_TO_SURFACES) -> tuple[np.ndarray, np.ndarray]:
-    """(colours (..., 3), densities (...)) for views and lights (..., 3), which broadcast."""
+def evaluate(lobes: list, views, lights, g=UP) -> tuple[np.ndarray, np.ndarray]:
+    """(colours (..., 3), densities (...)) of all lobes for views and lights (..., 3), which broadcast."""
+    (diffuse, density), (other, other_density) = evaluate_apart(lobes, views, lights, g)
+    return diffuse + other, density + other_density
+
+
+def evaluate_apart(lobes: list, views, lights, g=UP) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    """The same of the diffuse lobes, and of all others."""
     views, lights = (np.array(a, F) for a in np.broadcast_arrays(views, lights))
-    shape, out = views.shape[:-1], np.empty((views.size // 3, 4), F)
+    shape, out = views.shape[:-1], np.empty((views.size // 3, 8), F)
     views, lights = views.reshape(-1, 3), lights.reshape(-1, 3)
-    _evaluate(np.concatenate(lobes), len(lobes), views, lights, np.asarray(g, F), visibility, out)
-    return out[:, :3].reshape(*shape, 3).astype(float), out[:, 3].reshape(shape).astype(float)
+    _evaluate(np.concatenate(lobes), len(lobes), views, lights, np.asarray(g, F), out)
+    out = out.reshape(*shape, 8).astype(float)
+    return (out[..., :3], out[..., 3]), (out[..., 4:7], out[..., 7])
 
 
 def sample(lobes: list, view, points: np.ndarray, g=UP) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -293,6 +293,15 @@ def test_a_black_world_is_sampled_evenly():
     assert pdfs == pytest.approx(np.full(1000, 1 / (4 * np.pi)), rel=1e-6)
 
 
+def test_a_world_that_is_almost_black_is_sampled_by_what_there_is():
+    """Its power is so small that the factor to a density of 1 is beyond float32."""
+    radiance = np.full((4, 8, 3), 1e-45, np.float32)
+    radiance[2, 3] = 1e-43
+    density = build_environment(radiance).density
+    assert np.isfinite(density).all()
+    assert density.argmax() == 2 * 8 + 3
+
+
 def test_a_single_bright_cell_is_found():
     radiance = gray(np.full((256, 512), 0.01))
     radiance[200, 100] = 1e6

@@ -31,9 +31,9 @@ from core.embree import EmbreeScene
 from core.film import PASSES
 from core.samplers import SAMPLERS
 from core.scene import VISIBLE_TO_SHADOWS
-from core.shaders import Diffuse
+from core.shaders import Diffuse, Emission
 from core.shared_use import SharedUse
-from core.values import OBJECT, Checker
+from core.values import OBJECT, Checker, ImageTexture
 from tests.scenes import (
     WHITE,
     box,
@@ -476,3 +476,10 @@ def test_what_is_shared_is_closed_once_by_the_last_who_uses_it():
     with shared.user() as late:
         assert not late
     assert closed == [True]
+
+
+def test_a_pixel_without_a_sample_that_is_a_number_is_black_and_no_hole():
+    walls = Material("walls", Emission(ImageTexture(np.full((1, 1, 3), np.nan, np.float32))))
+    film = render(Scene(camera_down(4, (8, 8)), (Instance(floor(), materials=(walls,)),)), RenderSettings(samples=4))
+    assert film.dropped_samples == 8 * 8 * 4
+    assert (film.passes["Combined"] == (0, 0, 0, 1)).all()

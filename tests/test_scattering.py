@@ -180,3 +180,16 @@ def test_a_transparent_film_is_as_opaque_as_the_panes(count, transmittance):
     assert seen == pytest.approx([0, 0, 0, 1 - transmittance**count], abs=1e-6)
     opaque = picture(scene, channel=None).mean(axis=(0, 1))
     assert opaque == pytest.approx([*[transmittance**count] * 3, 1], rel=1e-5)
+
+
+# The camera's clip end
+
+
+@pytest.mark.parametrize("panes", [0, 1, 2])
+def test_a_pane_does_not_let_the_camera_see_beyond_its_clip_end(panes):
+    clear = Material("clear", Transparent((1.0, 1.0, 1.0)))
+    before = [Instance(floor(9, (0, 0, z)), materials=(clear,)) for z in (-1.0, -1.5)[:panes]]
+    for depth, seen in ((-2.5, 1.0), (-3.5, 0.0)):
+        wall = Instance(floor(9, (0, 0, depth)), materials=(Material("wall", Emission()),))
+        scene = Scene(camera_forward(pixels=(8, 8), clip_end=3.0), (*before, wall))
+        assert (picture(scene, samples=4) == seen).all()

@@ -52,6 +52,7 @@ from tests.scenes import (
     floor,
     picture,
     pixel_centers,
+    quad,
     rotation,
     scaling,
     sphere,
@@ -290,3 +291,19 @@ def test_triangles_without_area_do_not_spoil_the_picture():
         world=(1.0,) * 3,
     )
     assert np.allclose(picture(scene, max_bounces=1), 1, rtol=1e-5)
+
+
+@pytest.mark.parametrize("copies", [1, 2])
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, 0.0])
+def test_normals_that_are_none_are_those_of_the_triangle(wrong, copies):
+    """Degenerate faces and importers leave such normals; the rest of the mesh is as it should be."""
+    flat = quad((0, 0, 0), (1, 0, 0), (0, 1, 0))
+    normals = np.tile(np.array([0, 0, 1], np.float32), (2, 3, 1))
+    normals[0, 1] = wrong
+    spoilt = Mesh("spoilt", flat.vertices, flat.triangles, normals, uvs=np.full((2, 3, 2), np.nan, np.float32))
+    aside = tuple(Instance(spoilt, translation(9 * copy, 0, 0), (WHITE,)) for copy in range(1, copies))
+    scene = Scene(camera_down(0.5, (8, 8)), (Instance(spoilt, materials=(WHITE,)), *aside), world=(1.0, 1.0, 1.0))
+    film = render(scene, RenderSettings(samples=4))
+    assert film.dropped_samples == 0
+    np.testing.assert_allclose(film.passes["Normal"], np.broadcast_to([0, 0, 1], (8, 8, 3)), atol=1e-6)
+    np.testing.assert_allclose(film.passes["Combined"], 1, rtol=1e-5)
