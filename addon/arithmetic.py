@@ -1,4 +1,4 @@
-"""Arithmetic on values that may be constants: what is known now is computed now."""
+"""Arithmetic on values: products, movements, and the casts between Blender's kinds of socket."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ._core import core
-from .nodes import Color
+from .folding import constant_of
 
 values = core.values
 Value = core.values.Value
@@ -39,16 +39,6 @@ def by_component(compute: Callable[..., Value], *operands: Value) -> Value:
     """A computation on numbers, done for each component of vectors."""
     parts = [[values.Component(operand, index) for operand in operands] for index in range(3)]
     return values.Combine(*(compute(*part) for part in parts))
-
-
-def constant_of(value: Value) -> Color | None:
-    """The components of a value that is the same everywhere at first sight, else None."""
-    if isinstance(value, values.Combine):
-        parts = [constant_of(part) for part in (value.x, value.y, value.z)]
-        return None if None in parts else (parts[0][0], parts[1][0], parts[2][0])
-    if isinstance(value, values.Expression):
-        return None
-    return value if isinstance(value, tuple) else (value, value, value)
 
 
 def converted(value: Value, start: str, end: str) -> Value:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from . import versions
+from . import attributes, versions
 from ._core import core
 from .arithmetic import affine
 from .nodes import Source, label
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 values = core.values
 Value = core.values.Value
+
+#: What stands for the outputs of a Geometry node that are not known: what they are seen from the front, or on average.
+UNKNOWN_GEOMETRY = {"Backfacing": 0.0, "Pointiness": 0.5, "Random Per Island": 0.5}
 
 
 def read_coordinates(reader: ValueReader, source: Source) -> Value:
@@ -29,9 +32,11 @@ def read_coordinates(reader: ValueReader, source: Source) -> Value:
         return reader.uv(node)
     if source.output.identifier == "Object":
         return _object_coordinates(reader, node.object)
+    if source.output.identifier == "Normal" and not reader.of_world:
+        return values.Normalized(reader.attribute(attributes.NORMAL))
     if source.output.identifier != "Generated":
-        reader.losses.replace(node)
-    return values.GENERATED
+        reader.losses.replace_output(source, "Generated")
+    return reader.generated()
 
 
 def read_uv_map(reader: ValueReader, source: Source) -> Value:
@@ -39,21 +44,30 @@ def read_uv_map(reader: ValueReader, source: Source) -> Value:
     node = source.node
     if node.from_instancer:
         reader.losses.add(f"node \"{label(node)}\": the coordinates are the object's own, not its instancer's")
-    return _attribute(reader, node.uv_map) if node.uv_map else reader.uv(node)
+    return reader.attribute(node.uv_map) if node.uv_map else reader.uv(node)
 
 
 def read_geometry(reader: ValueReader, source: Source) -> Value:
-    """Geometry: its Position."""
-    if source.output.identifier != "Position":
-        reader.losses.replace(source.node)
-    return values.WORLD
+    """Geometry: its Position and its Normal."""
+    output = source.output.identifier
+    if output == "Position":
+        return values.WORLD
+    if output in ("Normal", "True Normal", "Incoming"):
+        if output != "Normal":
+            reader.losses.replace_output(source, "Normal")
+        # A normal map of no strength is the surface's own normal.
+        return values.NormalMap((0.5, 0.5, 1.0), 0.0, "world")
+    constant = UNKNOWN_GEOMETRY.get(output, 0.0)
+    reader.losses.replace_output(source, f"{constant:g}")
+    return constant
 
 
 def read_attribute(reader: ValueReader, source: Source) -> Value:
-    """Attribute of the mesh: its Color, Vector or Fac."""
+    """Attribute of the mesh: its Color, Vector, Fac or Alpha."""
     node = source.node
     if node.attribute_type != "GEOMETRY":
-        reader.losses.replace(node)
+        kind = node.attribute_type.lower().replace("_", " ")
+        reader.losses.add(f'node "{label(node)}": attributes of the {kind} are not read, and taken for 0')
         return 0.0
     return _attribute_output(reader, source, node.attribute_name) if node.attribute_name else 0.0
 
@@ -93,7 +107,7 @@ def read_layer_weight(reader: ValueReader, source: Source) -> Value:
 
 def read_light_path(reader: ValueReader, source: Source) -> Value:
     """Light Path, which is not known: 0 chooses what Blender would show to most rays."""
-    reader.losses.replace(source.node)
+    reader.losses.replace_output(source, "0")
     return 0.0
 
 
@@ -109,17 +123,9 @@ def _object_coordinates(reader: ValueReader, other: bpy.types.Object | None) -> 
     return affine(values.OBJECT if reader.of_world else values.WORLD, np.linalg.inv(matrix)[:3])
 
 
-def _attribute(reader: ValueReader, name: str) -> Value:
-    reader.needs = replace(reader.needs, attributes=reader.needs.attributes | {name})
-    return values.Attribute(name)
-
-
 def _attribute_output(reader: ValueReader, source: Source, name: str) -> Value:
-    if source.output.identifier == "Alpha":
-        reader.losses.add(f'node "{label(source.node)}": its Alpha is taken for 1')
-        return 1.0
-    color = reader.once(source, "attribute", lambda: _attribute(reader, name))
-    return values.Average(color) if source.output.identifier == "Fac" else color
+    before = {"Fac": attributes.FACTOR, "Alpha": attributes.OPACITY}.get(source.output.identifier, "")
+    return reader.once(source, f"attribute {before}", lambda: reader.attribute(before + name))
 
 
 def _flipped(color: Value, axes: str) -> Value:

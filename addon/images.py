@@ -7,64 +7,99 @@ a node's Alpha is used beside its Color. Data, and images whose alpha mode is No
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 
 import bpy
 import numpy as np
 
+from . import sequences
+
 #: What Blender shows where an image is missing.
-MISSING = np.array([[[1.0, 0.0, 1.0]]], dtype=np.float32)
+MISSING = (1.0, 0.0, 1.0)
 
 #: Colour spaces whose pixels are used as they are.
 UNCHANGED_SPACES = {"Non-Color", "Linear Rec.709", "Linear", "Raw", "Generic Data", "Utilities - Raw", ""}
 
 
 class Images:
-    """Reads what is asked for of each image once, however many textures use it. None is no image."""
+    """Reads what is asked for of each image once, however many textures use it. None is no image.
 
-    def __init__(self) -> None:
-        self._read: dict[tuple[str, int], np.ndarray | None] = {}
+    Of sequences that is the file which a texture's `ImageUser` shows at `frame`, by default the current one.
+    """
 
-    def colors(self, image: bpy.types.Image | None, straight: bool = False) -> np.ndarray:
+    def __init__(self, frame: int | None = None) -> None:
+        self._frame = bpy.context.scene.frame_current if frame is None else frame
+        self._read: dict[tuple[str, int, int], np.ndarray | None] = {}
+
+    def colors(
+        self, image: bpy.types.Image | None, user: bpy.types.ImageUser | None = None, straight: bool = False
+    ) -> np.ndarray:
         """(height, width, 3), bottom row first: uint8 in sRGB, as in the file, or float32 in linear Rec.709.
 
         The colours are multiplied by their opacity, or `straight`, as they are where it is used beside them. A missing
         image is one magenta pixel. Of a tiled image (UDIM) the first tile is read.
         """
-        if is_missing(image):
-            return MISSING
-        return self._once("straight" if straight else "associated", image, lambda: _colors(image, straight))
+        found = self._once("straight" if straight else "colors", image, user, lambda shown: _colors(shown, straight))
+        return np.array([[MISSING]], np.float32) if found is None else found
 
-    def opacity(self, image: bpy.types.Image | None) -> np.ndarray | None:
+    def opacity(self, image: bpy.types.Image | None, user: bpy.types.ImageUser | None = None) -> np.ndarray | None:
         """(height, width, 3) float32: the alpha channel, thrice. None where there is none, or it is not to be used."""
-        if is_missing(image) or image.channels < 4 or image.alpha_mode == "NONE":
-            return None
-        return self._once("opacity", image, lambda: _opacity(image))
+        return self._once("opacity", image, user, _opacity)
 
-    def _once(self, what: str, image: bpy.types.Image, read: Callable[[], np.ndarray | None]) -> np.ndarray | None:
-        key = (what, image.as_pointer())
+    def problem_of(self, image: bpy.types.Image | None, user: bpy.types.ImageUser | None = None) -> str | None:
+        """What is wrong with an image, if anything."""
+        if image is None:
+            return "no image is chosen"
+        if image.source == "MOVIE":
+            return f'image "{image.name}" is a movie, which is not read: save it as a sequence of images'
+        if image.source == "SEQUENCE" and not sequences.can_be_read():
+            return f'image "{image.name}" is a sequence, which is only read in renders from the command line'
+        with self._shown(image, user) as shown:
+            if not _has_pixels(shown):
+                return f'image "{image.name}" cannot be loaded'
+            return _problem_of_pixels(shown, image.name)
+
+    def _once(
+        self,
+        what: str,
+        image: bpy.types.Image | None,
+        user: bpy.types.ImageUser | None,
+        read: Callable[[bpy.types.Image], np.ndarray | None],
+    ) -> np.ndarray | None:
+        if image is None:
+            return None
+        key = (what, image.as_pointer(), self._number(image, user))
         if key not in self._read:
-            self._read[key] = read()
+            with self._shown(image, user) as shown:
+                self._read[key] = read(shown) if _has_pixels(shown) else None
         return self._read[key]
 
+    def _number(self, image: bpy.types.Image, user: bpy.types.ImageUser | None) -> int:
+        """Which file of a sequence is shown; 0 for other images."""
+        return sequences.number_of(user, self._frame) if image.source == "SEQUENCE" and user is not None else 0
 
-def is_missing(image: bpy.types.Image | None) -> bool:
+    def _shown(
+        self, image: bpy.types.Image, user: bpy.types.ImageUser | None
+    ) -> AbstractContextManager[bpy.types.Image | None]:
+        """The image that has the pixels, for as long as they are read; None where there is none."""
+        if image.source == "SEQUENCE":
+            return sequences.loaded(image, self._number(image, user))
+        return nullcontext(None if image.source == "MOVIE" else image)
+
+
+def _has_pixels(image: bpy.types.Image | None) -> bool:
     if image is None:
-        return True
+        return False
     count = image.size[0] * image.size[1] * image.channels
-    return count == 0 or len(image.pixels) != count
+    return count > 0 and len(image.pixels) == count
 
 
-def problem_of(image: bpy.types.Image | None) -> str | None:
-    """What is wrong with an image, if anything."""
-    if image is None:
-        return "no image is chosen"
-    if is_missing(image):
-        return f'image "{image.name}" cannot be loaded'
+def _problem_of_pixels(image: bpy.types.Image, name: str) -> str | None:
     space = image.colorspace_settings.name
     if not image.is_float and space != "sRGB" and space not in UNCHANGED_SPACES:
-        return f'image "{image.name}" has the colour space {space}, and is read as sRGB'
+        return f'image "{name}" has the colour space {space}, and is read as sRGB'
     if image.source == "TILED" and len(image.tiles) > 1:
-        return f'only the first tile of image "{image.name}" is used'
+        return f'only the first tile of image "{name}" is shown, and magenta in place of the others'
     return None
 
 
@@ -85,6 +120,8 @@ def _colors(image: bpy.types.Image, straight: bool) -> np.ndarray:
 
 
 def _opacity(image: bpy.types.Image) -> np.ndarray | None:
+    if image.channels < 4 or image.alpha_mode == "NONE":
+        return None
     alpha = _pixels(image)[:, :, 3:]
     return None if (alpha == 1.0).all() else np.repeat(alpha, 3, axis=2)
 

@@ -15,7 +15,15 @@ import numpy as np
 
 from . import versions
 from ._core import core
-from .nodes import Color, constant_color, constant_number, label, surface_of
+from .folding import constant_of
+from .images import Images
+from .losses import Losses
+from .nodes import Color, surface_of
+from .radiance import RadianceReader
+from .values import GREY, ValueReader
+
+#: Cycles' limit of the bounces that see a lamp, as it is unless somebody changes it.
+ALL_BOUNCES = 1024
 
 
 def export_light(lamp: bpy.types.Object, matrix: np.ndarray) -> tuple[core.scene.Light | None, list[str]]:
@@ -25,7 +33,7 @@ def export_light(lamp: bpy.types.Object, matrix: np.ndarray) -> tuple[core.scene
         SceneError: the lamp is nowhere.
     """
     light = lamp.data
-    if not surface_visibility(lamp):
+    if not surface_visibility(lamp) or _is_portal(light):
         return None, []
     if not np.isfinite(matrix).all():
         raise core.errors.SceneError(f'light "{lamp.name}" is nowhere (its position is NaN or infinite): move it')
@@ -35,10 +43,7 @@ def export_light(lamp: bpy.types.Object, matrix: np.ndarray) -> tuple[core.scene
     )
     if not any(color):
         return None, warnings
-    if light.type == "AREA":
-        warnings += _area_warnings(lamp)
-    if lamp.visible_camera:
-        warnings.append(f'light "{lamp.name}": Rooks does not show lamps to the camera')
+    warnings += _warnings(lamp)
     return _EXPORTERS[light.type](lamp, matrix, color), warnings
 
 
@@ -49,6 +54,16 @@ def surface_visibility(obj: bpy.types.Object) -> int:
         | (core.scene.VISIBLE_TO_GLOSSY if obj.visible_glossy else 0)
         | (core.scene.VISIBLE_TO_TRANSMISSION if obj.visible_transmission else 0)
     )
+
+
+def linking_problems(obj: bpy.types.Object) -> list[str]:
+    """What Rooks does not do of an object's light linking, if it shines: clauses that go on after its name."""
+    problems = []
+    if obj.light_linking.receiver_collection is not None:
+        problems.append("Rooks has no light linking, and it lights everything")
+    if obj.light_linking.blocker_collection is not None:
+        problems.append("Rooks has no shadow linking, and everything casts a shadow in its light")
+    return problems
 
 
 def _point(lamp: bpy.types.Object, matrix: np.ndarray, color: Color) -> core.scene.PointLight:
@@ -83,6 +98,9 @@ def _area(lamp: bpy.types.Object, matrix: np.ndarray, color: Color) -> core.scen
     light = lamp.data
     size_y = light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else light.size
     axis_u, axis_v = matrix[:3, 0] * light.size, matrix[:3, 1] * size_y
+    # The renderer's light shines along axis_v × axis_u, Cycles' along the lamp's -Z, which a mirrored scale turns.
+    if np.cross(axis_v, axis_u) @ -matrix[:3, 2] < 0.0:
+        axis_u = -axis_u
     shape = "ellipse" if light.shape in ("DISK", "ELLIPSE") else "rectangle"
     area = float(np.linalg.norm(axis_u) * np.linalg.norm(axis_v)) * (math.pi / 4 if shape == "ellipse" else 1.0)
     if area == 0.0:
@@ -105,11 +123,12 @@ def _sun(lamp: bpy.types.Object, matrix: np.ndarray, color: Color) -> core.scene
     length = np.linalg.norm(axis)
     if length == 0.0:
         return None
-    area = math.pi * math.sin(light.angle / 2.0) ** 2 or 1.0
+    angle = min(light.angle, math.pi)  # Blender's maximum, a float32, is a little more
+    area = math.pi * math.sin(angle / 2.0) ** 2 or 1.0
     return core.scene.SunLight(
         direction=tuple(axis / length),
         irradiance=_scaled(color, 1.0 if versions.light_is_normalized(light) else area),
-        angle=light.angle,
+        angle=angle,
         cast_shadow=light.use_shadow,
         name=lamp.name,
         visibility=surface_visibility(lamp),
@@ -123,30 +142,36 @@ def _scaled(color: Color, gain: float) -> Color:
     return color[0] * gain, color[1] * gain, color[2] * gain
 
 
-def _area_warnings(lamp: bpy.types.Object) -> list[str]:
-    if lamp.data.spread < math.pi - 1e-4:
-        degrees = math.degrees(lamp.data.spread)
-        return [f'light "{lamp.name}": Rooks lights every direction, as with a spread of 180°, not {degrees:.0f}°']
-    return []
+def _is_portal(light: bpy.types.Light) -> bool:
+    """Whether an area lamp only shows Cycles the way to the world's light, and has none of its own."""
+    return light.type == "AREA" and getattr(getattr(light, "cycles", None), "is_portal", False)
+
+
+def _warnings(lamp: bpy.types.Object) -> list[str]:
+    """What of a lamp's settings Rooks does not do."""
+    light, problems = lamp.data, []
+    if light.type == "AREA" and light.spread < math.pi - 1e-4:
+        degrees = math.degrees(light.spread)
+        problems.append(f"Rooks lights every direction, as with a spread of 180°, not {degrees:.0f}°")
+    if lamp.visible_camera:
+        problems.append("Rooks does not show lamps to the camera")
+    problems += linking_problems(lamp)
+    bounces = getattr(getattr(light, "cycles", None), "max_bounces", ALL_BOUNCES)
+    if bounces < ALL_BOUNCES:
+        problems.append(f"Rooks does not leave it out after its {bounces} bounces")
+    return [f'light "{lamp.name}": {problem}' for problem in problems]
 
 
 def _shader_color(lamp: bpy.types.Object) -> tuple[Color, list[str]]:
-    """Colour × strength of a lamp's Emission node: white for a lamp without nodes."""
+    """What a lamp's nodes emit, which its power is multiplied by: white for a lamp without nodes."""
     if not versions.uses_nodes(lamp.data):
         return (1.0, 1.0, 1.0), []
-    source = surface_of(lamp.data.node_tree)
-    if source is None:
-        return (0.0, 0.0, 0.0), []
-    if source.node.type != "EMISSION":
-        return (1.0, 1.0, 1.0), [_node_warning(lamp, label(source.node))]
-    color, strength = constant_color(source.input("Color")), constant_number(source.input("Strength"))
-    warnings = []
+    losses = Losses()
+    values = ValueReader(Images(), losses, of_world=True)
+    emitted = RadianceReader(values, losses).radiance(surface_of(lamp.data.node_tree))
+    color = constant_of(emitted)
     if color is None:
-        warnings.append(_node_warning(lamp, label(source.input("Color").node)))
-    if strength is None:
-        warnings.append(_node_warning(lamp, label(source.input("Strength").node)))
-    return _scaled(color or (1.0, 1.0, 1.0), 1.0 if strength is None else strength), warnings
-
-
-def _node_warning(lamp: bpy.types.Object, node: str) -> str:
-    return f'light "{lamp.name}": Rooks does not know its node "{node}", and leaves it out'
+        losses.add(f"its nodes give it light that is not the same everywhere, and what varies is taken for {GREY}")
+        color = constant_of(emitted, GREY)
+    text = losses.warning()
+    return color, [] if text is None else [f'light "{lamp.name}": {text}']

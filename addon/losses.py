@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import bpy
 
-from .nodes import label
+from .nodes import Source, label
 
 
 @dataclass
@@ -20,6 +20,11 @@ class Losses:
     def replace(self, node: bpy.types.Node) -> None:
         """The nearest that is known stands in for a node."""
         self._replaced.append(f'"{label(node)}"')
+
+    def replace_output(self, source: Source, instead: str) -> None:
+        """A node is known, but not this output of it."""
+        output, node = source.output.name, label(source.node)
+        self._problems.append(f'the output {output} of the node "{node}" is not known, and {instead} taken instead')
 
     def ignore(self, what: str, node: bpy.types.Node) -> None:
         """A node is known, but not its setting or input `what`."""

@@ -10,7 +10,7 @@ from . import versions
 from ._core import core
 from .images import Images
 from .losses import Losses
-from .meshes import Needs
+from .meshes import Needs, any_is_deformed
 from .nodes import surface_of, trace
 from .shaders import ShaderReader
 from .values import ValueReader
@@ -30,6 +30,7 @@ class MaterialExporter:
     def __init__(self, images: Images) -> None:
         self.warnings: list[str] = []
         self._images = images
+        self._is_deformed = any_is_deformed()
         self._materials: dict[int, ExportedMaterial] = {}
         self._default = ExportedMaterial(core.scene.Material(), Needs())
 
@@ -47,22 +48,28 @@ class MaterialExporter:
             grey = core.shaders.Diffuse(tuple(material.diffuse_color)[:3])
             return ExportedMaterial(core.scene.Material(material.name, grey), Needs())
         losses = Losses()
-        values = ValueReader(self._images, losses)
+        values = ValueReader(self._images, losses, is_deformed=self._is_deformed)
         reader = ShaderReader(values, losses, material.rooks.glossy_lobe)
-        surface = reader.shader(surface_of(material.node_tree))
-        warn_of_outputs(material.node_tree, ("Volume", "Displacement"), losses)
+        source = surface_of(material.node_tree)
+        ignored = warn_of_outputs(material.node_tree, ("Volume", "Displacement"), losses)
+        if source is None and "Volume" in ignored:
+            losses.add("it is a volume without a surface, and transparent")
+            surface = core.shaders.Transparent()
+        else:
+            surface = reader.shader(source)
         if (text := losses.warning()) is not None:
             self.warnings.append(f'material "{material.name}": {text}')
         exported = core.scene.Material(material.name, surface, sample_as_light=_is_sampled(material))
         return ExportedMaterial(exported, values.needs)
 
 
-def warn_of_outputs(tree: bpy.types.NodeTree, identifiers: tuple[str, ...], losses: Losses) -> None:
-    """Note what is linked to a tree's output node and is not rendered."""
+def warn_of_outputs(tree: bpy.types.NodeTree, identifiers: tuple[str, ...], losses: Losses) -> list[str]:
+    """Note, and return, which of these inputs of a tree's output node are linked: they are not rendered."""
     output = tree.get_output_node("CYCLES")
-    for identifier in identifiers:
-        if output is not None and not trace(output.inputs[identifier]).is_constant:
-            losses.ignore(identifier, output)
+    linked = [name for name in identifiers if output is not None and not trace(output.inputs[name]).is_constant]
+    for name in linked:
+        losses.ignore(name, output)
+    return linked
 
 
 def _is_sampled(material: bpy.types.Material) -> bool:

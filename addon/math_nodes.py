@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from ._core import core
 from .arithmetic import by_component, product
+from .blackbody import blackbody
 from .nodes import Source, label, socket_value
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def read_mix(reader: ValueReader, source: Source) -> Value:
     """Mix of numbers, vectors or colours."""
     node = source.node
     if node.data_type == "ROTATION":
-        reader.losses.replace(node)
+        reader.losses.add(f'node "{label(node)}": rotations are not mixed, and taken for 0')
         return 0.0
     kind = {"FLOAT": "Float", "VECTOR": "Vector", "RGBA": "Color"}[node.data_type]
     a, b = reader.input(source, f"A_{kind}"), reader.input(source, f"B_{kind}")
@@ -92,6 +93,11 @@ def read_combine(reader: ValueReader, source: Source) -> Value:
     return values.Combine(*(reader.input(source, socket.identifier) for socket in source.node.inputs))
 
 
+def read_blackbody(reader: ValueReader, source: Source) -> Value:
+    """Blackbody. Its temperature has to be constant."""
+    return blackbody(reader.constant(source, "Temperature")[0])
+
+
 def read_gray(reader: ValueReader, source: Source) -> Value:
     """RGB to BW."""
     return values.Gray(reader.input(source, "Color"))
@@ -120,7 +126,7 @@ def read_hue_saturation(reader: ValueReader, source: Source) -> Value:
     """Hue/Saturation/Value, of which only the value is known."""
     hue, saturation = reader.input(source, "Hue"), reader.input(source, "Saturation")
     if (hue, saturation) != (0.5, 1.0):
-        reader.losses.replace(source.node)
+        reader.losses.add(f'node "{label(source.node)}": its Hue and its Saturation are not used')
     color = reader.input(source, "Color")
     changed = product(color, reader.input(source, "Value"))
     return values.Mix(reader.input(source, "Fac"), color, changed, clamp_factor=False)
@@ -138,8 +144,9 @@ def _saturation_or_value(color: Value, index: int) -> Value:
 
 def _check_mode(reader: ValueReader, source: Source) -> None:
     """Name a node that means other components than red, green and blue, which stand in for them."""
-    if getattr(source.node, "mode", "RGB") != "RGB":
-        reader.losses.replace(source.node)
+    mode = getattr(source.node, "mode", "RGB")
+    if mode != "RGB":
+        reader.losses.add(f'node "{label(source.node)}": its {mode} components are taken for RGB')
 
 
 READERS = {
@@ -156,6 +163,7 @@ READERS = {
     "COMBINE_COLOR": read_combine,
     "COMBRGB": read_combine,
     "COMBXYZ": read_combine,
+    "BLACKBODY": read_blackbody,
     "RGBTOBW": read_gray,
     "INVERT": read_invert,
     "GAMMA": read_gamma,

@@ -7,6 +7,7 @@ identifiers: their names change from version to version.
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import bpy
@@ -18,24 +19,26 @@ Color = tuple[float, float, float]
 class Source:
     """What feeds a socket: output `output` of `node`, or, where `node` is None, the unlinked input `socket`'s value.
 
-    `groups` are the group nodes around it, outermost first. `types` are the types of all sockets that the value passes,
-    from its own to that of the socket that is fed: Blender converts at each.
+    `socket` None stands for 0: what comes out of a reroute, a muted node or a group into which nothing goes. `groups`
+    are the group nodes around it, outermost first. `types` are the types of all sockets that the value passes, from its
+    own to that of the socket that is fed: Blender converts at each.
     """
 
     node: bpy.types.Node | None
     output: bpy.types.NodeSocket | None
-    socket: bpy.types.NodeSocket
+    socket: bpy.types.NodeSocket | None
     groups: tuple[bpy.types.Node, ...]
     types: tuple[str, ...]
 
     @property
     def is_constant(self) -> bool:
+        """Whether no node makes the value. Inputs with a default of their own, such as a Normal, then have that."""
         return self.node is None
 
     @property
-    def is_unlinked(self) -> bool:
-        """Whether nothing is linked to the socket that is fed, not even a group's input that has a value."""
-        return self.node is None and len(self.types) == 1
+    def key(self) -> tuple[Hashable, ...]:
+        """The same for all sources that are the same output of the same node in the same groups."""
+        return (*(group.as_pointer() for group in self.groups), self.node.as_pointer(), self.output.identifier)
 
     def input(self, identifier: str) -> Source | None:
         """What feeds the input `identifier` of this source's node, or None where it has no such input."""
@@ -50,24 +53,22 @@ def find_input(node: bpy.types.Node, identifier: str) -> bpy.types.NodeSocket | 
 def trace(socket: bpy.types.NodeSocket, groups: tuple[bpy.types.Node, ...] = ()) -> Source:
     """Follow the link into an input socket to the node that really makes the value."""
     types = (socket.type,)
+    is_proxy = False  # whether `socket` is that of a reroute or a muted node, which has no value and no type of its own
     while (link := _active_link(socket)) is not None:
         node, output = link.from_node, link.from_socket
-        inner = groups
-        if node.type == "REROUTE":
-            following = node.inputs[0]
-        elif node.mute:
-            following = _behind_muted(node, output)
-        elif node.type == "GROUP" and node.node_tree is not None:
-            following, inner = _group_result(node, output), (*groups, node)
-        elif node.type == "GROUP_INPUT" and groups:
-            following, inner = _by_identifier(groups[-1].inputs, output.identifier), groups[:-1]
+        if node.type == "REROUTE" or node.mute:
+            following = node.inputs[0] if node.type == "REROUTE" else _behind_muted(node, output)
+            if following is None:
+                break  # a muted node lets nothing through: as if there were no link
+            socket, is_proxy, types = following, True, (output.type, *types)
+        elif (node.type == "GROUP" and node.node_tree is not None) or (node.type == "GROUP_INPUT" and groups):
+            following, groups = _other_side(node, output, groups)
+            if following is None:
+                return Source(None, None, None, groups, (output.type, *types))
+            socket, is_proxy, types = following, False, (following.type, output.type, *types)
         else:
             return Source(node, output, socket, groups, (output.type, *types))
-        if following is None:
-            break  # a muted node lets nothing through: as if there were no link
-        types = (following.type, output.type, *types)
-        socket, groups = following, inner
-    return Source(None, None, socket, groups, types)
+    return Source(None, None, None if is_proxy else socket, groups, types)
 
 
 def surface_of(tree: bpy.types.NodeTree) -> Source | None:
@@ -79,25 +80,21 @@ def surface_of(tree: bpy.types.NodeTree) -> Source | None:
     return None if source.is_constant else source
 
 
-def constant_color(source: Source) -> Color | None:
-    """The value of an unlinked colour (or number), or of an RGB or Value node; None for anything else."""
-    if source.is_constant:
-        value = socket_value(source.socket)
-    elif source.node.type in ("RGB", "VALUE"):
-        value = socket_value(source.output)
-    else:
-        return None
-    return value if isinstance(value, tuple) else (value, value, value)
+def reached_outputs(tree: bpy.types.NodeTree) -> set[tuple[Hashable, ...]]:
+    """The keys (`Source.key`) of all nodes' outputs that the output node depends on."""
+    output = tree.get_output_node("CYCLES")
+    waiting = [] if output is None else [trace(socket) for socket in output.inputs]
+    reached: set[tuple[Hashable, ...]] = set()
+    while waiting:
+        source = waiting.pop()
+        if not source.is_constant and source.key not in reached:
+            reached.add(source.key)
+            waiting += [trace(socket, source.groups) for socket in source.node.inputs]
+    return reached
 
 
-def constant_number(source: Source) -> float | None:
-    """The value of an unlinked number, or of a Value node; None for anything else."""
-    color = constant_color(source)
-    return None if color is None else sum(color) / 3.0
-
-
-def socket_value(socket: bpy.types.NodeSocket) -> float | Color:
-    """What an unlinked socket holds: a number, or the first three components of a colour or a vector."""
+def socket_value(socket: bpy.types.NodeSocket | None) -> float | Color:
+    """What an unlinked socket holds: a number, or the first three components of a colour or a vector. None holds 0."""
     value = getattr(socket, "default_value", 0.0)
     if isinstance(value, (bool, int, float)):
         return float(value)
@@ -122,9 +119,15 @@ def _behind_muted(node: bpy.types.Node, output: bpy.types.NodeSocket) -> bpy.typ
     return next((link.from_socket for link in node.internal_links if link.to_socket == output), None)
 
 
-def _group_result(group: bpy.types.Node, output: bpy.types.NodeSocket) -> bpy.types.NodeSocket | None:
-    results = (node for node in group.node_tree.nodes if node.type == "GROUP_OUTPUT" and node.is_active_output)
-    return next((_by_identifier(node.inputs, output.identifier) for node in results), None)
+def _other_side(
+    node: bpy.types.Node, output: bpy.types.NodeSocket, groups: tuple[bpy.types.Node, ...]
+) -> tuple[bpy.types.NodeSocket | None, tuple[bpy.types.Node, ...]]:
+    """The socket inside of a group that makes its output, or that outside which feeds its input; and its groups."""
+    if node.type == "GROUP_INPUT":
+        return _by_identifier(groups[-1].inputs, output.identifier), groups[:-1]
+    results = (inner for inner in node.node_tree.nodes if inner.type == "GROUP_OUTPUT" and inner.is_active_output)
+    result = next((_by_identifier(inner.inputs, output.identifier) for inner in results), None)
+    return result, (*groups, node)
 
 
 def _by_identifier(sockets, identifier: str) -> bpy.types.NodeSocket | None:

@@ -10,9 +10,9 @@ import numpy as np
 from mathutils import Euler
 
 from ._core import core
-from .arithmetic import affine, constant_of
-from .images import problem_of
-from .nodes import Color, Source, find_input, label, socket_value
+from .arithmetic import affine
+from .images import MISSING
+from .nodes import Color, Source, label
 
 if TYPE_CHECKING:
     from .values import ValueReader
@@ -22,6 +22,8 @@ Value = core.values.Value
 
 EXTENSIONS = {"REPEAT": "repeat", "MIRROR": "mirror", "EXTEND": "extend", "CLIP": "clip"}
 AXES = ("X", "Y", "Z")
+#: The pixels of an image that is 1 everywhere.
+WHITE = np.ones((1, 1, 3), np.float32)
 #: Entries of a color ramp's table, as in Cycles.
 RAMP_SIZE = 256
 
@@ -33,18 +35,26 @@ EVEN_SKY: Color = (2.11, 2.08, 2.00)
 def read_image(reader: ValueReader, source: Source) -> Value:
     """Image Texture: its Color, or its Alpha."""
     node = source.node
+    image, user = node.image, node.image_user
     if node.projection != "FLAT":
         reader.losses.add(f'node "{label(node)}": its {node.projection.lower()} projection is rendered as flat')
     _check_image(reader, node)
     vector = _coordinates(reader, source, lambda: reader.uv(node))
+    is_tile = image is not None and image.source == "TILED"
+    if is_tile:
+        into_tile, around_tile = tile_matrices(image.tiles[0].number)
+        inside = values.ImageTexture(WHITE, "clip", "closest", affine(vector, around_tile))
+        vector = affine(vector, into_tile)
     look = {"extension": EXTENSIONS[node.extension], "interpolation": _interpolation(reader, node), "vector": vector}
     if source.output.identifier == "Alpha":
-        opacity = reader.images.opacity(node.image)
+        opacity = reader.images.opacity(image, user)
         if opacity is None and node.extension != "CLIP":
             return 1.0
-        return values.ImageTexture(np.ones((1, 1, 3), np.float32) if opacity is None else opacity, **look)
-    uses_alpha = any(link.is_valid and not link.is_muted for link in node.outputs["Alpha"].links)
-    return values.ImageTexture(reader.images.colors(node.image, straight=uses_alpha), **look)
+        shown, missing = values.ImageTexture(WHITE if opacity is None else opacity, **look), 1.0
+    else:
+        colors = reader.images.colors(image, user, straight=reader.is_used(source, "Alpha"))
+        shown, missing = values.ImageTexture(colors, **look), MISSING
+    return values.Mix(inside, missing, shown) if is_tile else shown
 
 
 def read_panorama(reader: ValueReader, source: Source) -> Value:
@@ -54,8 +64,10 @@ def read_panorama(reader: ValueReader, source: Source) -> Value:
         reader.losses.add(f'node "{label(node)}": its mirror ball is rendered as an equirectangular panorama')
     _check_image(reader, node)
     # Without a vector it is looked up by the direction in the world, or by the position on a surface.
-    direction = _coordinates(reader, source, lambda: values.GENERATED if reader.of_world else values.WORLD)
-    return values.EnvironmentTexture(reader.images.colors(node.image), _interpolation(reader, node), direction)
+    direction = _coordinates(reader, source, lambda: reader.generated() if reader.of_world else values.WORLD)
+    return values.EnvironmentTexture(
+        reader.images.colors(node.image, node.image_user), _interpolation(reader, node), direction
+    )
 
 
 def read_sky(reader: ValueReader, source: Source) -> Value:
@@ -70,7 +82,7 @@ def read_sky(reader: ValueReader, source: Source) -> Value:
 
 def read_checker(reader: ValueReader, source: Source) -> Value:
     """Checker Texture: its Color, or as its Fac 1 for the first colour."""
-    vector = _coordinates(reader, source, lambda: values.GENERATED)
+    vector = _coordinates(reader, source, reader.generated)
     scale = reader.input(source, "Scale")
     if source.output.identifier == "Fac":
         return values.Checker(1.0, 0.0, scale, vector)
@@ -88,7 +100,7 @@ def read_color_ramp(reader: ValueReader, source: Source) -> Value:
 def read_mapping(reader: ValueReader, source: Source) -> Value:
     """Mapping. Its location, rotation and scale have to be constant."""
     node = source.node
-    location, rotation, scale = (_constant_input(reader, source, name) for name in ("Location", "Rotation", "Scale"))
+    location, rotation, scale = (reader.constant(source, name) for name in ("Location", "Rotation", "Scale"))
     mapped = affine(reader.input(source, "Vector"), mapping_matrix(node.vector_type, location, rotation, scale))
     return values.Normalized(mapped) if node.vector_type == "NORMAL" else mapped
 
@@ -106,13 +118,29 @@ def mapping_matrix(kind: str, location: Color, rotation: Color, scale: Color) ->
 
 
 def _coordinates(reader: ValueReader, source: Source, default: Callable[[], Value]) -> Value:
-    """What a texture looks up: its Vector, or `default` where nothing is linked, after its Texture Mapping."""
+    """What a texture looks up: its Vector, or `default` where no node makes one, after its Texture Mapping.
+
+    That is so also where its Vector is a group's input, and nothing is linked to that: its value does not count.
+    """
 
     def read() -> Value:
         feed = source.input("Vector")
-        return _mapped(source.node.texture_mapping, default() if feed.is_unlinked else reader.value(feed))
+        return _mapped(source.node.texture_mapping, default() if feed.is_constant else reader.value(feed))
 
     return reader.once(source, "coordinates", read)
+
+
+def tile_matrices(number: int) -> tuple[np.ndarray, np.ndarray]:
+    """The (3, 4) matrices that move a tile (UDIM: numbers from 1001 on, ten in each row of v) to 0 … 1.
+
+    The second does so with all that the tile is seen at: Cycles rounds towards 0, so that the tiles of the first row
+    and column go on to -1.
+    """
+    row, column = divmod(number - 1001, 10)
+    place = np.array([column, row, 0.0])
+    is_first = np.array([column == 0, row == 0, False])
+    around = np.column_stack([np.diag(np.where(is_first, 0.5, 1.0)), np.where(is_first, 0.5, -place)])
+    return np.column_stack([np.eye(3), -place]), around
 
 
 def _mapped(mapping: bpy.types.TexMapping, vector: Value) -> Value:
@@ -127,15 +155,6 @@ def _mapped(mapping: bpy.types.TexMapping, vector: Value) -> Value:
     return values.Normalized(moved) if mapping.vector_type == "NORMAL" else moved
 
 
-def _constant_input(reader: ValueReader, source: Source, identifier: str) -> Color:
-    """An input that has to be the same everywhere: where it is not, the socket's own value."""
-    constant = constant_of(reader.input(source, identifier))
-    if constant is None:
-        reader.losses.ignore(identifier, source.node)
-        constant = socket_value(find_input(source.node, identifier))
-    return constant
-
-
 def _interpolation(reader: ValueReader, node: bpy.types.Node) -> str:
     if node.interpolation in ("Cubic", "Smart"):
         reader.losses.add(f'node "{label(node)}": its {node.interpolation.lower()} interpolation is rendered as linear')
@@ -143,7 +162,7 @@ def _interpolation(reader: ValueReader, node: bpy.types.Node) -> str:
 
 
 def _check_image(reader: ValueReader, node: bpy.types.Node) -> None:
-    problem = problem_of(node.image)
+    problem = reader.images.problem_of(node.image, node.image_user)
     if problem is not None:
         reader.losses.add(f'node "{label(node)}": {problem}')
 

@@ -111,8 +111,8 @@ def _index(eta: float) -> float:
 
 @device
 def _cell(place: float, entries: int) -> tuple[int, float]:
-    """The entry before a place on an axis, and how far it is from there to the next."""
-    scaled = min(max(place, ZERO), ONE) * np.float32(entries - 1)
+    """The entry before a place on an axis, and how far it is from there to the next. NaN is 0."""
+    scaled = min(place if place > ZERO else ZERO, ONE) * np.float32(entries - 1)
     entry = min(np.int64(scaled), entries - 2)
     return entry, scaled - np.float32(entry)
 

@@ -177,6 +177,9 @@ def append_cosine_power(
 
     Facets at the angle θ to the normal mirror to 2θ. Their density falls like exp(-θ² / alpha²) (Walter et al. 2007),
     and cosᵉ like exp(-e (2θ)² / 2): the exponent is 1 / (2 alpha²), less 1/2 so that it is 0 for a roughness of 1.
+
+    A lobe that is too sharp for that is a perfect mirror, which reflects all light: from the side that is a jump, for
+    the sharpest lobes reflect but the cosine (`cosine_power`).
     """
     nx, ny, nz = specular_normal(view, nx, ny, nz)
     alpha = clamp01(roughness) * clamp01(roughness)
@@ -390,7 +393,8 @@ def append_lobe(
 ) -> int:
     """Fill in what all lobes have: their weight (r, g, b), and the chance from the share of light that they reflect.
 
-    Weights that are too large to be added up, or not numbers, leave no lobe.
+    Weights that are too large to be added up, or not numbers, leave no lobe; `instructions.REQUIRE_FINITE` tells of
+    them.
     """
     r, g, b = max(r, ZERO), max(g, ZERO), max(b, ZERO)
     mean = (r + g + b) / THREE

@@ -1,7 +1,9 @@
 """The textbook's glossy lobe: a power of the cosine to the mirror direction (Phong 1975; Suffern 2007, ch. 25).
 
 The BRDF (exponent + 2) / 2π × cosᵉ, of the angle between the light and the viewer's mirror image, reflects all light
-head on (Lewis 1994). The part of the lobe below the horizon is lost, so it darkens towards grazing angles.
+head on (Lewis 1994), and less from elsewhere: from the angle θ to the normal a sharp lobe of albedo 1 reflects cos θ.
+That is the cosine of the light's direction, by which every BRDF is multiplied and which the textbook's form does not
+divide by; nothing of a sharp lobe lies below the horizon. Of a wide lobe that part is lost, too.
 """
 
 from __future__ import annotations

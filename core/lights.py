@@ -45,7 +45,7 @@ IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2,
 _ZERO, _HALF, _ONE, _TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
 #: A spot's edge without blend: steep enough to be a step, finite so that 0 × it stays 0.
 _HARD_EDGE = 1e30
-#: A bit beside those of `scene` in LIGHT_VISIBILITY: nothing can be in the way of this light.
+#: A bit of visibility beside those of `scene`: nothing can be in the way of this light.
 SHINES_THROUGH = 64
 
 
@@ -60,6 +60,7 @@ class LightArrays(NamedTuple):
     normal: np.ndarray  # (L, 3), the side an area light shines to
     size: np.ndarray  # (L,) radius in metres; a sun: 1 - cos of half its angle
     area: np.ndarray  # (L,) m², that a sphere shows; a sun: steradians, seen flat. 0 without a size
+    shared_area: np.ndarray  # (L,) the same; 0 if it shines through what would block the rays that meet it
     extended: np.ndarray  # (L,) bool: it has a size, so that a point of it is to be sampled
     cast_shadow: np.ndarray  # (L,) bool
     visibility: np.ndarray  # (L,) uint32: bits of `scene`
@@ -92,7 +93,9 @@ def pack_lights(lights: Sequence[Light], center: np.ndarray) -> LightArrays:
         "normal": np.zeros((count, 3), np.float32),
         "size": np.zeros(count, np.float32),
         "area": np.zeros(count, np.float32),
-        "visibility": np.array([light.visibility for light in shining], np.uint32),
+        "visibility": np.array(
+            [light.visibility | (0 if light.cast_shadow else SHINES_THROUGH) for light in shining], np.uint32
+        ),
         "cast_shadow": np.array([light.cast_shadow for light in shining], bool),
         "spot": np.zeros(count, bool),
         "to_spot": np.zeros((count, 3, 3), np.float32),
@@ -109,6 +112,7 @@ def pack_lights(lights: Sequence[Light], center: np.ndarray) -> LightArrays:
         else:
             _pack_point(row, light, center)
     is_sun = fields["kind"] == IS_SUN
+    fields["shared_area"] = np.where(fields["cast_shadow"], fields["area"], np.float32(0))
     fields["extended"] = (fields["kind"] != IS_POINT) & ~(is_sun & (fields["size"] == 0))
     tree = build_light_tree(_emitters([fields[name][each:] for name in _OF_EMITTERS], shining[each:]))
     return LightArrays(**fields, each=each, tree=tree)
@@ -296,12 +300,8 @@ def _describe(f: np.ndarray, bits: np.ndarray, lights: LightArrays, light: int, 
     f[i + LIGHT_COLOR] = lights.color[light, 0] * one_in
     f[i + LIGHT_COLOR + Y] = lights.color[light, 1] * one_in
     f[i + LIGHT_COLOR + Z] = lights.color[light, 2] * one_in
-    if lights.cast_shadow[light]:
-        f[i + LIGHT_SPREAD] = lights.area[light] * f[i + LIGHT_WEIGHT] * distance * one_in
-        bits[i + LIGHT_VISIBILITY] = lights.visibility[light]
-    else:
-        f[i + LIGHT_SPREAD] = _ZERO  # a ray that scatters may be blocked where this light is not
-        bits[i + LIGHT_VISIBILITY] = lights.visibility[light] | np.uint32(SHINES_THROUGH)
+    f[i + LIGHT_SPREAD] = lights.shared_area[light] * f[i + LIGHT_WEIGHT] * distance * one_in
+    bits[i + LIGHT_VISIBILITY] = lights.visibility[light]
 
 
 @device

@@ -104,11 +104,11 @@ def reflected_or_refracted(alpha: float, cosine: float, lattice: tuple[int, int]
 
 
 def dielectric_share(alpha: float, cosine: float, *, eta: float) -> float:
-    """The mean of how far the facets' reflectance is on the way from that head on to 1.
+    """The mean of how far the facets' reflectance is on the way from that head on to 1, of the light that one bounce
+    leaves: so the albedo with Fresnel is that without, times the reflectance that this share stands for.
 
-    Facets that reflect into the surface count as 0, but shadows do not, nor that dense dielectrics reflect least
-    somewhere between: so Cycles 4.5 has it, whose pictures these numbers have to match, for they decide how much of the
-    layer below is seen.
+    That dense dielectrics reflect least somewhere between counts as 0. Cycles 4.5 leaves out that facets shadow the
+    light, and takes those that reflect into the surface as 0: its white plastics lose 1 % near grazing angles.
     """
     head_on = ((eta - 1) / (eta + 1)) ** 2
 
@@ -125,7 +125,8 @@ def schlick_share(alpha: float, cosine: float) -> float:
 
 def _mean_share(alpha: float, cosine: float, share: Callable) -> float:
     to_viewer, up = visible_facets(alpha, cosine, LATTICE)
-    return float(np.mean(np.where(2 * to_viewer * up > cosine, share(to_viewer), 0)))
+    lit = lit_share(alpha, cosine, 2 * to_viewer * up - cosine)
+    return float(np.sum(lit * share(to_viewer)) / np.sum(lit))
 
 
 def mean_over_cosines(integral: Callable, alpha: float) -> float:

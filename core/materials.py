@@ -1,4 +1,8 @@
-"""Running the materials' programs: an interpreter over the instructions of `programs`, one hit at a time."""
+"""Running the materials' programs: an interpreter over `instructions`, one hit at a time.
+
+What is not a finite number never becomes a lobe or a place in a table. It makes the path's light NaN instead, so that
+the film drops the sample and counts it.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +19,7 @@ from .batch import (
     MATERIAL,
     PACKET,
     PRIMITIVE,
+    RADIANCE,
     SHADING_NORMAL,
     SIDE,
     T_FAR,
@@ -25,20 +30,7 @@ from .batch import (
 )
 from .environment import direction_to_panorama
 from .fresnel import dielectric_reflectance
-from .jit import device, kernel
-from .packed_materials import MaterialArrays, Textures
-from .packing import (
-    CORNER_UV,
-    FIRST_ATTRIBUTE,
-    INSTANCED,
-    MESH,
-    TANGENT,
-    TRIANGLE,
-    VERTEX,
-    Geometry,
-    SceneArrays,
-)
-from .programs import (
+from .instructions import (
     AFFINE,
     ASIDE_U,
     ASIDE_V,
@@ -61,14 +53,26 @@ from .programs import (
     NORMALIZE,
     PANORAMA,
     RAMP,
+    REQUIRE_FINITE,
     UV,
     WORLD,
-    Programs,
 )
-from .programs import ALBEDO as SET_ALBEDO
-from .programs import (
-    DIRECTION as LOOK,
+from .instructions import ALBEDO as SET_ALBEDO
+from .instructions import DIRECTION as LOOK
+from .jit import device, kernel
+from .packed_materials import MaterialArrays, Textures
+from .packing import (
+    CORNER_UV,
+    FIRST_ATTRIBUTE,
+    INSTANCED,
+    MESH,
+    TANGENT,
+    TRIANGLE,
+    VERTEX,
+    Geometry,
+    SceneArrays,
 )
+from .programs import Programs
 from .surface import corners_of, hit_placement, normalize, rotate, transform
 from .surface_lobes import add_lobes, normal_of, view_of
 from .textures import image_color, is_first_check
@@ -78,6 +82,7 @@ from .warps import HALF, ONE, TWO, ZERO, clamp01
 #: How far beside the hit a bump looks at its height, as a share of the ray's length: about half a pixel at usual
 #: resolutions, and far enough for float32 to see a difference.
 _ASIDE = np.float32(2.0**-11)
+INFINITY, NAN = np.float32(np.inf), np.float32(np.nan)
 
 
 def fill_constants(scene: SceneArrays, programs: Programs) -> np.ndarray:
@@ -89,7 +94,7 @@ def fill_constants(scene: SceneArrays, programs: Programs) -> np.ndarray:
     run_programs(batch, scene, 1)
     for i, material in enumerate((*programs.materials, programs.world)):
         if material.albedo != NONE:
-            materials.albedo[i] = batch.registers[material.albedo]
+            materials.albedo[i] = np.maximum(batch.registers[material.albedo], 0)
         if material.emission != NONE:
             materials.emission[i] = batch.registers[material.emission]
     return batch.registers
@@ -141,7 +146,11 @@ def _act(batch: Batch, materials: MaterialArrays, i: int, at: int) -> int:
     code, r, f = materials.code, batch.registers, batch.floats
     operation, a = code[at], code[at + 1]
     if operation == SET_ALBEDO:
-        f[i + ALBEDO], f[i + ALBEDO + Y], f[i + ALBEDO + Z] = r[a, 0], r[a, 1], r[a, 2]
+        f[i + ALBEDO], f[i + ALBEDO + Y], f[i + ALBEDO + Z] = max(r[a, 0], ZERO), max(r[a, 1], ZERO), max(r[a, 2], ZERO)
+        _require_finite(f, r, i, a)
+        return at + 2
+    if operation == REQUIRE_FINITE:
+        _require_finite(f, r, i, a)
         return at + 2
     if operation == EMIT:
         f[i + EMISSION] += r[a, 0]
@@ -149,6 +158,14 @@ def _act(batch: Batch, materials: MaterialArrays, i: int, at: int) -> int:
         f[i + EMISSION + Z] += r[a, 2]
         return at + 2
     return add_lobes(batch, materials, i, at)
+
+
+@device
+def _require_finite(f: np.ndarray, r: np.ndarray, i: int, a: int) -> None:
+    """Make the light of lane i's path NaN where register a is not finite."""
+    # Not math.isfinite: the compiler's liberties with sums let it take that for granted.
+    if not abs(r[a, 0]) + abs(r[a, 1]) + abs(r[a, 2]) < INFINITY:
+        f[i + RADIANCE] = NAN
 
 
 @device
@@ -290,7 +307,8 @@ def _look_up(
 
 @device
 def _ramp(t: np.ndarray, first: int, count: int, smooth: int, factor: float) -> tuple[float, float, float]:
-    place = clamp01(factor) * np.float32(count - 1)
+    # Written so that NaN is 0, too.
+    place = min(factor if factor > ZERO else ZERO, ONE) * np.float32(count - 1)
     low = min(np.int64(place), count - 1)
     share = (place - np.float32(low)) if smooth != 0 else ZERO
     high = first + min(low + 1, count - 1)

@@ -39,10 +39,11 @@ from .batch import (
     Y,
     Z,
 )
+from .instructions import NONE
 from .jit import device, kernel
 from .light_choice import Emitters, LightTree, build_light_tree, choose_for_surface, emitter_probability
 from .packing import FIRST_MATERIAL, INSTANCED, LAST_SLOT, MESH, TRIANGLE, VERTEX, Geometry, SceneArrays
-from .programs import NONE, Programs
+from .programs import Programs
 from .scene import VISIBLE_TO_SURFACES, Scene
 from .surface import corners_of, hit_placement
 from .warps import INV_PI, square_to_triangle
@@ -85,7 +86,7 @@ def find_mesh_lights(scene: Scene, geometry: Geometry, programs: Programs) -> Me
         emitter.append(numbers)
         found.append(np.column_stack([np.full(len(chosen), p), chosen, materials]))
         count, total = count + len(chosen), total + len(numbers)
-    placement, triangle, material = np.concatenate(found).T
+    placement, triangle, material = np.ascontiguousarray(np.concatenate(found).T)
     corners = _world_corners(geometry, placement, triangle)
     return _make_mesh_lights(
         instances, corners, placement, triangle, material, first, np.concatenate(emitter), emission

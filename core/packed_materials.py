@@ -8,14 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from .albedo_tables import NO_TABLES, AlbedoTables, load_tables
-from .errors import SceneError
 from .programs import Programs, compile_programs
 from .scene import Material
-from .values import EnvironmentTexture, ImageTexture, Value
+from .values import EXTENSIONS, EnvironmentTexture, ImageTexture, Value
 
 IMAGE_LINEAR, IMAGE_SRGB_BYTES = 0, 1
-REPEAT, MIRROR, EXTEND, CLIP = 0, 1, 2, 3
-_EXTENSIONS = {"repeat": REPEAT, "mirror": MIRROR, "extend": EXTEND, "clip": CLIP}
+REPEAT, MIRROR, EXTEND, CLIP = range(len(EXTENSIONS))
 
 
 #: Columns of `Textures.table`.
@@ -37,7 +35,7 @@ class MaterialArrays(NamedTuple):
     albedo: np.ndarray  # (K + 2, 3), of Lambertian materials without a program
     emission: np.ndarray  # (K + 2, 3): W/(m² sr), where it is constant
     program: np.ndarray  # (K + 2,) int64 into the code, or NONE where all is constant
-    code: np.ndarray  # int64: see `programs`
+    code: np.ndarray  # int64: see `instructions`
     ramps: np.ndarray  # (·, 3)
     largest_lobe_count: int
     textures: Textures
@@ -78,18 +76,15 @@ def _pack_textures(textures: Sequence[ImageTexture | EnvironmentTexture]) -> Tex
     firsts: dict[int, int] = {}
     for row, texture in zip(table, textures, strict=True):
         pixels = texture.pixels
-        shape = np.shape(pixels)
-        if len(shape) != 3 or shape[2] != 3 or 0 in shape:
-            raise SceneError(f"an image texture's pixels have the shape {shape}, not (height, width, 3)")
         bytes_ = pixels.dtype == np.uint8
         if id(pixels) not in firsts:
             store = small if bytes_ else floats
             firsts[id(pixels)] = sum(map(len, store))
             store.append(pixels.reshape(-1, 3).astype(np.uint8 if bytes_ else np.float32, copy=False))
         row[KIND] = IMAGE_SRGB_BYTES if bytes_ else IMAGE_LINEAR
-        row[WIDTH], row[HEIGHT] = shape[1], shape[0]
+        row[WIDTH], row[HEIGHT] = pixels.shape[1], pixels.shape[0]
         # A panorama goes on where it ends: round the horizon, and hardly any of it is interpolated over a pole.
-        row[EXTENSION] = _EXTENSIONS[texture.extension] if isinstance(texture, ImageTexture) else REPEAT
+        row[EXTENSION] = EXTENSIONS.index(texture.extension) if isinstance(texture, ImageTexture) else REPEAT
         row[SMOOTH] = texture.interpolation == "linear"
         row[FIRST] = firsts[id(pixels)]
     return Textures(table, np.concatenate(floats), np.concatenate(small))

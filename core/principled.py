@@ -4,6 +4,9 @@ From the top: what alpha lets pass; the coat; emission; the metallic share; of t
 specular reflection over the diffuse one. A layer of glossy reflection leaves to those below it 1 less its albedo in the
 viewer's direction, a grey factor that the brightest channel decides. All as Cycles 4.5 has it, without sheen,
 subsurface scattering, thin films and anisotropy. See `closures` for what functions have in common.
+
+That albedo is the one without Fresnel times a mean reflectance (`make_albedo_tables.dielectric_share`). In a white
+furnace a white surface has 1.000 to 1.003 up to 87 degrees from the normal, whatever its roughness, and 1.005 at 89.
 """
 
 from __future__ import annotations
@@ -51,7 +54,7 @@ TINY = np.float32(1e-6)
 
 
 class Inputs(NamedTuple):
-    """The node's inputs, named as in `shaders.Principled`, of any value: what is out of range is clamped."""
+    """The node's inputs, named as in `shaders.Principled`, of any value: see `_in_range`."""
 
     base_r: float
     base_g: float
@@ -91,8 +94,8 @@ def append_principled(
     tables: AlbedoTables,
 ) -> tuple[int, float, float, float]:
     """Append up to 6 lobes; (where the next record begins, red, green, blue): the factor of the node's emission."""
-    weight = max(weight, ZERO)
-    alpha, metallic, transmission = clamp01(inputs.alpha), clamp01(inputs.metallic), clamp01(inputs.transmission)
+    inputs, weight = _in_range(inputs), max(weight, ZERO)
+    alpha, metallic, transmission = inputs.alpha, inputs.metallic, inputs.transmission
     sx, sy, sz = specular_normal(view, nx, ny, nz)
     at = append_transparent(lobes, at, weight * (ONE - alpha), ONE, ONE, ONE)
     at, r, g, b = _coat(lobes, at, weight * alpha, inputs, coat_nx, coat_ny, coat_nz, view, tables)
@@ -102,12 +105,41 @@ def append_principled(
     at = _glass(lobes, at, transmission * r, transmission * g, transmission * b, inputs, sx, sy, sz, view, tables)
     r, g, b = (ONE - transmission) * r, (ONE - transmission) * g, (ONE - transmission) * b
     at, left = _specular(lobes, at, r, g, b, inputs, sx, sy, sz, view, tables)
-    set_color(lobes, at + REFLECTION_TINT, clamp01(inputs.base_r), clamp01(inputs.base_g), clamp01(inputs.base_b))
-    lobes[at + ALPHA] = clamp01(inputs.diffuse_roughness)
+    set_color(lobes, at + REFLECTION_TINT, min(inputs.base_r, ONE), min(inputs.base_g, ONE), min(inputs.base_b, ONE))
+    lobes[at + ALPHA] = inputs.diffuse_roughness
     kind = OREN_NAYAR if inputs.diffuse_roughness >= CUTOFF else LAMBERT
     r, g, b = left * r * inputs.base_r, left * g * inputs.base_g, left * b * inputs.base_b
     at = append_lobe(lobes, at, kind, r, g, b, ONE, nx, ny, nz)
     return at, emitted_r, emitted_g, emitted_b
+
+
+@device
+def _in_range(inputs: Inputs) -> Inputs:
+    """The inputs clamped as Cycles 4.5 does: shares and roughnesses to 0 to 1; colours, the coat and the specular level
+    only from below; the coat's index from 1 and the other from just above 0. Metal and glass take colours above 1 as 1.
+    """
+    return Inputs(
+        base_r=max(inputs.base_r, ZERO),
+        base_g=max(inputs.base_g, ZERO),
+        base_b=max(inputs.base_b, ZERO),
+        metallic=clamp01(inputs.metallic),
+        roughness=clamp01(inputs.roughness),
+        ior=max(inputs.ior, LEAST_INDEX),
+        alpha=clamp01(inputs.alpha),
+        diffuse_roughness=clamp01(inputs.diffuse_roughness),
+        specular_level=max(inputs.specular_level, ZERO),
+        specular_r=max(inputs.specular_r, ZERO),
+        specular_g=max(inputs.specular_g, ZERO),
+        specular_b=max(inputs.specular_b, ZERO),
+        transmission=clamp01(inputs.transmission),
+        coat=max(inputs.coat, ZERO),
+        coat_roughness=clamp01(inputs.coat_roughness),
+        coat_ior=max(inputs.coat_ior, ONE),
+        coat_r=max(inputs.coat_r, ZERO),
+        coat_g=max(inputs.coat_g, ZERO),
+        coat_b=max(inputs.coat_b, ZERO),
+        multiscatter=inputs.multiscatter,
+    )
 
 
 @device
@@ -128,7 +160,7 @@ def _coat(
     """
     if inputs.coat <= CUTOFF or weight < CUTOFF:
         return at, weight, weight, weight
-    coat, roughness, index = inputs.coat, clamp01(inputs.coat_roughness), max(inputs.coat_ior, ONE)
+    coat, roughness, index = inputs.coat, inputs.coat_roughness, inputs.coat_ior
     nx, ny, nz = specular_normal(view, nx, ny, nz)
     cosine = clamp01(view.x * nx + view.y * ny + view.z * nz)
     single, mean = mirrors_albedo(tables, roughness, cosine)
@@ -140,11 +172,12 @@ def _coat(
     left = weight * clamp01(ONE - coat * bright * albedo)
     # Beer's law: the tint is that of the way straight through the coat, and slanted ways are longer.
     length = ONE / max(transmitted_cosine(cosine, index), TINY)
+    # A coat of more than 1 takes more than there is.
     return (
         at,
-        left * (ONE - coat * (ONE - max(inputs.coat_r, ZERO) ** length)),
-        left * (ONE - coat * (ONE - max(inputs.coat_g, ZERO) ** length)),
-        left * (ONE - coat * (ONE - max(inputs.coat_b, ZERO) ** length)),
+        left * max(ONE - coat * (ONE - inputs.coat_r**length), ZERO),
+        left * max(ONE - coat * (ONE - inputs.coat_g**length), ZERO),
+        left * max(ONE - coat * (ONE - inputs.coat_b**length), ZERO),
     )
 
 
@@ -165,9 +198,9 @@ def _metal(
     """The base colour head on; the specular tint is that of the edge."""
     if inputs.metallic <= CUTOFF:
         return at
-    set_color(lobes, at + F0, clamp01(inputs.base_r), clamp01(inputs.base_g), clamp01(inputs.base_b))
-    set_color(lobes, at + F90, clamp01(inputs.specular_r), clamp01(inputs.specular_g), clamp01(inputs.specular_b))
-    return append_f82(lobes, at, r, g, b, clamp01(inputs.roughness), inputs.multiscatter, nx, ny, nz, view, tables)
+    set_color(lobes, at + F0, min(inputs.base_r, ONE), min(inputs.base_g, ONE), min(inputs.base_b, ONE))
+    set_color(lobes, at + F90, min(inputs.specular_r, ONE), min(inputs.specular_g, ONE), min(inputs.specular_b, ONE))
+    return append_f82(lobes, at, r, g, b, inputs.roughness, inputs.multiscatter, nx, ny, nz, view, tables)
 
 
 @device
@@ -192,11 +225,11 @@ def _glass(
     set_color(
         lobes,
         at + TRANSMISSION_TINT,
-        np.sqrt(clamp01(inputs.base_r)),
-        np.sqrt(clamp01(inputs.base_g)),
-        np.sqrt(clamp01(inputs.base_b)),
+        np.sqrt(min(inputs.base_r, ONE)),
+        np.sqrt(min(inputs.base_g, ONE)),
+        np.sqrt(min(inputs.base_b, ONE)),
     )
-    roughness, multiscatter = clamp01(inputs.roughness), inputs.multiscatter
+    roughness, multiscatter = inputs.roughness, inputs.multiscatter
     return append_dielectric(lobes, at, r, g, b, roughness, inputs.ior, multiscatter, nx, ny, nz, view, tables)
 
 
@@ -218,14 +251,14 @@ def _specular(
 
     The specular level scales the reflectance head on, and with it the index of refraction that the curve follows.
     """
-    index, level = max(inputs.ior, LEAST_INDEX), max(inputs.specular_level, ZERO)
+    index, level = inputs.ior, inputs.specular_level
     f0 = TWO * level * f0_from_ior(index)
     adjusted = ior_from_f0(f0)
     eta = index if level == HALF else (adjusted if index >= ONE else ONE / adjusted)
     if eta == ONE or r + g + b < THREE * CUTOFF:
         return at, ONE
     f0_r, f0_g, f0_b = clamp01(f0 * inputs.specular_r), clamp01(f0 * inputs.specular_g), clamp01(f0 * inputs.specular_b)
-    roughness = clamp01(inputs.roughness)
+    roughness = inputs.roughness
     cosine = clamp01(view.x * nx + view.y * ny + view.z * nz)
     single, mean = one_bounce(tables, inputs.multiscatter, roughness, cosine)
     # How far the reflectance has gone from f0 to 1 on average over all directions, and over the facets in this one.

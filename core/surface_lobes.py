@@ -1,4 +1,4 @@
-"""The instructions of `programs` that add lobes to a surface: their operands, handed to `closures` and `principled`."""
+"""The `instructions` that add lobes to a surface: their operands, handed to `closures` and `principled`."""
 
 from __future__ import annotations
 
@@ -28,12 +28,7 @@ from .closures import (
     append_transparent,
 )
 from .diffuse import bump_alpha_squared
-from .jit import device
-from .lobe_record import KIND, LAMBERT, LOBE_SIZE, NORMAL, OREN_NAYAR, SMOOTH_NORMAL, TILT
-from .lobes import first_lobe
-from .packed_materials import MaterialArrays
-from .principled import Inputs, append_principled
-from .programs import (
+from .instructions import (
     COSINE_POWER,
     DIFFUSE,
     GLASS,
@@ -45,6 +40,11 @@ from .programs import (
     TRANSLUCENT,
     TRANSPARENT,
 )
+from .jit import device
+from .lobe_record import KIND, LAMBERT, LOBE_SIZE, NORMAL, OREN_NAYAR, SMOOTH_NORMAL, TILT
+from .lobes import first_lobe
+from .packed_materials import MaterialArrays
+from .principled import Inputs, append_principled
 from .surface import normalize
 from .warps import ZERO
 

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from .jit import device
-from .programs import BLENDS, INTERPOLATIONS, MATHS
+from .values import BLENDS, INTERPOLATIONS, MATHS
 from .warps import HALF, ONE, TWO, ZERO, clamp01
 
 _THREE, _SIX = np.float32(3), np.float32(6)
@@ -41,7 +41,7 @@ def gray(red: float, green: float, blue: float) -> float:
 
 @device
 def math_op(operation: int, a: float, b: float, c: float) -> float:
-    """One of `programs.MATHS`."""
+    """One of `values.MATHS`."""
     if operation <= _M_MULTIPLY_ADD:
         return _arithmetic(operation, a, b, c)
     if operation <= _M_EXPONENT:
@@ -193,7 +193,7 @@ def map_range(
 def mix(
     blend: int, t: float, ar: float, ag: float, ab: float, br: float, bg: float, bb: float
 ) -> tuple[float, float, float]:
-    """One of `programs.BLENDS` of the colours a and b by the share t."""
+    """One of `values.BLENDS` of the colours a and b by the share t."""
     if blend >= _HUE:
         return _mix_hsv(blend, t, ar, ag, ab, br, bg, bb)
     return _blend(blend, t, ar, br), _blend(blend, t, ag, bg), _blend(blend, t, ab, bb)

@@ -5,7 +5,7 @@ value has three components: a number is the same three times, so that numbers, c
 (what Blender casts otherwise is said by `Gray` and `Average`). Trees are shared by reference: a node that feeds two
 others is the same object in both, and is computed once.
 
-`programs` turns trees into instructions, and folds what is constant.
+`compile_values` turns trees into instructions, and folds what is constant.
 """
 
 from __future__ import annotations
@@ -16,6 +16,23 @@ from typing import Literal
 import numpy as np
 
 Color = tuple[float, float, float]
+
+#: The names that nodes know, as Blender has them, in lower case.
+BLENDS = (
+    "mix", "darken", "multiply", "burn", "lighten", "screen", "dodge", "add", "overlay", "soft_light", "linear_light",
+    "difference", "exclusion", "subtract", "divide", "hue", "saturation", "color", "value",
+)  # fmt: skip
+MATHS = (
+    "add", "subtract", "multiply", "divide", "multiply_add", "power", "logarithm", "sqrt", "inverse_sqrt", "absolute",
+    "exponent", "minimum", "maximum", "less_than", "greater_than", "sign", "compare", "smooth_min", "smooth_max",
+    "round", "floor", "ceil", "trunc", "fract", "modulo", "floored_modulo", "wrap", "snap", "pingpong", "sine",
+    "cosine", "tangent", "arcsine", "arccosine", "arctangent", "arctan2", "sinh", "cosh", "tanh", "radians", "degrees",
+)  # fmt: skip
+INTERPOLATIONS = ("linear", "smoothstep", "smootherstep")
+NORMAL_SPACES = ("tangent", "object", "world")
+EXTENSIONS = ("repeat", "mirror", "extend", "clip")
+TEXTURE_INTERPOLATIONS = ("linear", "closest")
+LAYER_WEIGHTS = ("fresnel", "facing")
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +126,7 @@ class ColorRamp(Expression):
 
 @dataclass(frozen=True, eq=False)
 class Mix(Expression):
-    """`a` blended with `b`: factor 0 is `a`. The blend modes are Blender's, in lower case."""
+    """`a` blended with `b` by one of BLENDS: factor 0 is `a`."""
 
     factor: Value
     a: Value
@@ -121,7 +138,7 @@ class Mix(Expression):
 
 @dataclass(frozen=True, eq=False)
 class Math(Expression):
-    """One of Blender's Math node's operations, in lower case, on numbers; `clamp` to 0 … 1 afterwards."""
+    """One of MATHS, the operations of Blender's Math node, on numbers; `clamp` to 0 … 1 afterwards."""
 
     operation: str
     a: Value

@@ -11,7 +11,6 @@ from core.values import (  # noqa: E402
     UV,
     WORLD,
     Attribute,
-    Average,
     Bump,
     Checker,
     Combine,
@@ -105,16 +104,28 @@ def test_the_position_is_in_the_world():
     assert value_of(paint) == (WORLD, [])
 
 
-def test_what_is_not_known_of_the_geometry_is_named():
-    _node, paint = fed("ShaderNodeNewGeometry", "Pointiness", name="Edges")
-    assert "Edges" in value_of(paint)[1][0]
+def test_the_normal_is_the_surfaces_own():
+    _node, paint = fed("ShaderNodeNewGeometry", "Normal")
+    assert plain(value_of(paint)) == plain((NormalMap((0.5, 0.5, 1.0), 0.0, "world"), []))
+
+
+def test_the_normal_as_a_coordinate_is_in_the_meshs_space():
+    mesh, warnings = mesh_with(fed("ShaderNodeTexCoord", "Normal")[1])
+    assert warnings == []
+    np.testing.assert_array_equal(mesh.attributes[".normal"], np.tile((0, 0, 1), (2, 3, 1)))
+
+
+@pytest.mark.parametrize(("output", "value"), [("Pointiness", 0.5), ("Backfacing", 0.0)])
+def test_what_is_not_known_of_the_geometry_is_a_number_and_named(output, value):
+    _node, paint = fed("ShaderNodeNewGeometry", output, name="Edges")
+    text = f'the output {output} of the node "Edges" is not known, and {value:g} taken instead'
+    assert value_of(paint) == (value, [f'material "Paint": {text}'])
 
 
 def test_a_light_path_chooses_what_most_rays_see():
     _node, paint = fed("ShaderNodeLightPath", "Is Camera Ray", name="Trick")
-    value, warnings = value_of(paint)
-    assert value == 0.0
-    assert "Trick" in warnings[0]
+    text = 'the output Is Camera Ray of the node "Trick" is not known, and 0 taken instead'
+    assert value_of(paint) == (0.0, [f'material "Paint": {text}'])
 
 
 # UV maps
@@ -152,8 +163,6 @@ def attribute_material(name: str, output: str = "Color"):
 def test_attribute():
     assert plain(value_of(attribute_material("Wear"))) == plain((Attribute("Wear"), []))
     assert plain(value_of(attribute_material("Wear", "Vector"))) == plain((Attribute("Wear"), []))
-    factor, warnings = value_of(fed("ShaderNodeAttribute", 2, attribute_name="Wear")[1])
-    assert (plain(factor), warnings) == (plain(Average(Attribute("Wear"))), [])
 
 
 def test_color_attribute():
@@ -163,17 +172,10 @@ def test_color_attribute():
     assert plain(value_of(paint)) == plain((Attribute(""), []))
 
 
-def test_the_alpha_of_an_attribute_is_1_and_named():
-    value, warnings = value_of(attribute_material("Wear", "Alpha"))
-    assert value == 1.0
-    assert "its Alpha is taken for 1" in warnings[0]
-
-
 def test_attributes_of_objects_are_named():
     _node, paint = fed("ShaderNodeAttribute", attribute_type="OBJECT", name="Custom")
-    value, warnings = value_of(paint)
-    assert value == 0.0
-    assert "Custom" in warnings[0]
+    text = 'material "Paint": node "Custom": attributes of the object are not read, and taken for 0'
+    assert value_of(paint) == (0.0, [text])
 
 
 # A quad's corners are 0 1 2, 0 2 3 (or another diagonal): its vertices and corners have the same numbers.
@@ -205,6 +207,28 @@ def test_attributes_are_read_for_each_corner(kind, domain):
     expected = numbers[..., None] * components
     assert (mesh.attributes["Wear"].dtype, warnings) == (np.float32, [])
     np.testing.assert_allclose(mesh.attributes["Wear"], expected > 0 if dtype == np.bool_ else expected)
+
+
+#: A Fac and an Alpha of a value of 1, 2, 3 … in as many components as the kind has.
+NUMBERS_OF_KINDS = {"FLOAT": (1, 1), "FLOAT2": (1, 1), "FLOAT_VECTOR": (2, 1), "FLOAT_COLOR": (2, 4)}
+
+
+@pytest.mark.parametrize("kind", NUMBERS_OF_KINDS)
+def test_factor_and_opacity_of_an_attribute(kind):
+    field, width, dtype = FIELDS[kind]
+
+    def prepare(mesh):
+        mesh.attributes.new("Wear", kind, "FACE").data.foreach_set(field, np.arange(1, width + 1, dtype=dtype))
+
+    factor, opacity = NUMBERS_OF_KINDS[kind]
+    for output, name, expected in (("Fac", ".factor of Wear", factor), ("Alpha", ".opacity of Wear", opacity)):
+        paint, diffuse = shader("ShaderNodeBsdfDiffuse")
+        node = feed(diffuse.inputs["Color"], "ShaderNodeAttribute", attribute_name="Wear")
+        socket = next(socket for socket in node.outputs if socket.identifier == output)
+        paint.node_tree.links.new(socket, diffuse.inputs["Color"])
+        mesh, warnings = mesh_with(paint, prepare)
+        assert warnings == []
+        np.testing.assert_array_equal(mesh.attributes[name], np.full((2, 3, 3), expected))
 
 
 def test_colours_kept_as_bytes_are_made_linear():
@@ -282,7 +306,14 @@ def test_without_a_uv_map_there_are_no_tangents():
     mesh, warnings = mesh_with(
         normal_of("ShaderNodeNormalMap")[1], lambda mesh: mesh.uv_layers.remove(mesh.uv_layers[0])
     )
-    assert (mesh.tangents, warnings) == (None, [])
+    text = "it has no UV map for its normal map, which is turned as if u grew along the world's X"
+    assert (mesh.tangents, warnings) == (None, [f'mesh "Quad": {text}'])
+
+
+def test_a_normal_map_with_a_uv_map_that_is_not_there_is_left_out():
+    mesh, warnings = mesh_with(normal_of("ShaderNodeNormalMap", uv_map="Lost")[1])
+    np.testing.assert_array_equal(mesh.tangents, np.tile((0, 0, 1, 0), (2, 3, 1)))
+    assert warnings == ['mesh "Quad": it has no UV map "Lost" for its normal map, which is left out']
 
 
 def test_several_uv_maps_for_normals_are_named():

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from addon.images import Images, problem_of  # noqa: E402
-from tests.addon_helpers import empty_scene, image  # noqa: E402
+from addon.images import Images  # noqa: E402
+from tests.addon_helpers import empty_scene, image, material  # noqa: E402
 
 RED, GREEN, BLUE, WHITE = (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)
 
@@ -61,17 +63,71 @@ def test_a_missing_image_is_magenta_and_named(tmp_path):
     lost = bpy.data.images.new("Lost", 1, 1)
     lost.source, lost.filepath = "FILE", str(tmp_path / "lost.png")
     np.testing.assert_array_equal(Images().colors(lost), [[[1, 0, 1]]])
-    assert problem_of(lost) == 'image "Lost" cannot be loaded'
+    assert Images().problem_of(lost) == 'image "Lost" cannot be loaded'
     np.testing.assert_array_equal(Images().colors(None), [[[1, 0, 1]]])
-    assert problem_of(None) == "no image is chosen"
+    assert Images().problem_of(None) == "no image is chosen"
     assert Images().opacity(lost) is Images().opacity(None) is None
 
 
 def test_a_colour_space_that_is_not_known_is_named():
     source = image()
-    assert problem_of(source) is None
+    assert Images().problem_of(source) is None
     source.colorspace_settings.name = "ACEScg"
-    assert "has the colour space ACEScg" in problem_of(source)
+    assert "has the colour space ACEScg" in Images().problem_of(source)
+
+
+# Sequences
+
+
+def sequence(folder, count: int = 4) -> tuple[bpy.types.Image, bpy.types.ImageUser]:
+    """Images of 1 × 1 pixels of the brightnesses 1, 2, … and a texture of theirs that shows number 2 at frame 10."""
+    for number in range(1, count + 1):
+        single = bpy.data.images.new("Single", 1, 1)
+        single.pixels.foreach_set([number / 255] * 3 + [1])
+        single.filepath_raw, single.file_format = str(folder / f"v2_{number:03d}.png"), "PNG"
+        single.save()
+    found = bpy.data.images.load(str(folder / "v2_001.png"))
+    found.source = "SEQUENCE"
+    _paint, tree, _output = material()
+    user = tree.nodes.new("ShaderNodeTexImage").image_user
+    user.frame_start, user.frame_duration, user.frame_offset = 10, 2, 1
+    return found, user
+
+
+@pytest.mark.parametrize(
+    ("frame", "is_cyclic", "number"),
+    [(10, False, 2), (11, False, 3), (12, False, 3), (5, False, 2), (12, True, 2), (9, True, 3)],
+)
+def test_of_a_sequence_the_file_of_the_frame_is_read(tmp_path, frame, is_cyclic, number):
+    film, user = sequence(tmp_path)
+    user.use_cyclic = is_cyclic
+    before = len(bpy.data.images)
+    np.testing.assert_array_equal(Images(frame).colors(film, user), [[[number] * 3]])
+    assert Images(frame).problem_of(film, user) is None
+    assert len(bpy.data.images) == before
+
+
+def test_a_file_of_a_sequence_that_is_missing_is_named(tmp_path):
+    film, user = sequence(tmp_path, count=2)
+    np.testing.assert_array_equal(Images(11).colors(film, user), [[[1, 0, 1]]])
+    assert Images(11).problem_of(film, user) == 'image "v2_001.png" cannot be loaded'
+
+
+def test_sequences_are_only_read_in_the_main_thread(tmp_path):
+    film, user = sequence(tmp_path)
+    with ThreadPoolExecutor(1) as pool:
+        problem = pool.submit(Images(10).problem_of, film, user).result()
+        pixels = pool.submit(Images(10).colors, film, user).result()
+    assert problem == 'image "v2_001.png" is a sequence, which is only read in renders from the command line'
+    np.testing.assert_array_equal(pixels, [[[1, 0, 1]]])
+
+
+def test_a_movie_is_named():
+    film = image("Film")
+    film.source = "MOVIE"
+    text = 'image "Film" is a movie, which is not read: save it as a sequence of images'
+    assert Images().problem_of(film) == text
+    np.testing.assert_array_equal(Images().colors(film), [[[1, 0, 1]]])
 
 
 # Opacity: three quarters, so that a byte holds 191
@@ -80,7 +136,7 @@ def test_a_colour_space_that_is_not_known_is_named():
 def colors(straight: bool, mode: str = "STRAIGHT", **options) -> np.ndarray:
     source = image(opacity=0.75, **options)
     source.alpha_mode = mode
-    return Images().colors(source, straight)[0, 0]
+    return Images().colors(source, straight=straight)[0, 0]
 
 
 def test_bytes_are_multiplied_by_their_opacity_as_they_are_encoded():

@@ -188,6 +188,66 @@ def test_other_nodes_of_a_lamp_are_named():
     emission = emission_of(lamp("POINT", 10, name="Gobo").data)
     feed(emission.inputs["Color"], "ShaderNodeTexNoise", "Color", name="Clouds")
     scene, warnings = export()
-    assert scene.lights[0].power == (10, 10, 10)
+    assert scene.lights[0].power == (5, 5, 5)
     assert len(warnings) == 1
     assert all(name in warnings[0] for name in ("Gobo", "Clouds"))
+
+
+def test_what_varies_over_a_lamp_is_taken_for_one_half_and_named():
+    emission = emission_of(lamp("POINT", 10, name="Gobo").data)
+    feed(emission.inputs["Color"], "ShaderNodeTexChecker")
+    emission.inputs["Strength"].default_value = 3
+    scene, warnings = export()
+    assert scene.lights[0].power == (15, 15, 15)
+    text = "its nodes give it light that is not the same everywhere, and what varies is taken for 0.5"
+    assert warnings == [f'light "Gobo": {text}']
+
+
+def test_nodes_of_a_lamp_that_are_constant_are_worked_out():
+    emission = emission_of(lamp("POINT", 10).data)
+    strength = feed(emission.inputs["Strength"], "ShaderNodeMath", operation="MULTIPLY")
+    feed(strength.inputs[0], "ShaderNodeRGB").outputs[0].default_value = (1, 0, 0, 1)
+    strength.inputs[1].default_value = 2
+    assert only_light().power == pytest.approx((10 * 2 * 0.2126729,) * 3, rel=1e-6)
+
+
+def test_shaders_of_a_lamp_are_mixed_and_added():
+    emission = emission_of(lamp("POINT", 10).data)
+    tree, output = emission.id_data, emission.outputs[0].links[0].to_socket
+    mix = feed(output, "ShaderNodeMixShader")
+    mix.inputs["Fac"].default_value = 0.25
+    emission.inputs["Strength"].default_value = 2
+    tree.links.new(emission.outputs[0], mix.inputs[1])
+    add_shader = feed(mix.inputs[2], "ShaderNodeAddShader")
+    for socket in add_shader.inputs:
+        feed(socket, "ShaderNodeEmission").inputs["Color"].default_value = (1, 0, 0, 1)
+    assert only_light().power == (10 * (1.5 + 0.25 * 2), 15, 15)
+
+
+def test_a_mirrored_area_lamp_shines_along_its_own_negative_z():
+    lamp("AREA", 10, size=2).scale = (-1, 3, 1)
+    light = only_light()
+    np.testing.assert_allclose(np.cross(light.axis_v, light.axis_u), (0, 0, -12))
+
+
+def test_a_sun_of_half_the_sky():
+    lamp("SUN", 3, angle=math.pi)  # which Blender keeps as a little more
+    assert only_light().angle == math.pi
+
+
+def test_a_portal_does_not_shine():
+    lamp("AREA", 10).data.cycles.is_portal = True
+    scene, warnings = export()
+    assert (scene.lights, warnings) == ((), [])
+
+
+def test_what_rooks_does_not_do_with_a_lamp_is_named():
+    bulb = lamp("POINT", name="Bulb")
+    bulb.light_linking.receiver_collection = bpy.data.collections.new("Lit")
+    bulb.light_linking.blocker_collection = bpy.data.collections.new("Blocking")
+    bulb.data.cycles.max_bounces = 2
+    assert export()[1] == [
+        'light "Bulb": Rooks has no light linking, and it lights everything',
+        'light "Bulb": Rooks has no shadow linking, and everything casts a shadow in its light',
+        'light "Bulb": Rooks does not leave it out after its 2 bounces',
+    ]

@@ -8,8 +8,8 @@ bpy = pytest.importorskip("bpy")
 
 from core.programs import compile_programs  # noqa: E402
 from core.scene import DEFAULT_GREY  # noqa: E402
-from core.shaders import Diffuse  # noqa: E402
-from core.values import Checker, ImageTexture, Mix  # noqa: E402
+from core.shaders import Diffuse, Transparent  # noqa: E402
+from core.values import Checker, Gray, ImageTexture, Mix  # noqa: E402
 from tests.addon_helpers import (  # noqa: E402
     empty_scene,
     export,
@@ -38,6 +38,17 @@ def test_no_material_is_default_grey():
 def test_nothing_linked_is_black():
     result, warnings = exported(material("Void")[0])
     assert (result.name, result.surface, warnings) == ("Void", None, [])
+
+
+def test_light_goes_through_what_is_only_a_volume():
+    paint, _tree, output = material("Fog")
+    feed(output.inputs["Volume"], "ShaderNodeVolumeScatter")
+    result, warnings = exported(paint)
+    assert plain(result.surface) == plain(Transparent())
+    assert warnings == [
+        'material "Fog": Rooks does not use the Volume of the node "Material Output"; '
+        "it is a volume without a surface, and transparent"
+    ]
 
 
 @pytest.mark.skipif(bpy.app.version >= (5, 0), reason="every material has nodes from Blender 5.0 on")
@@ -97,6 +108,14 @@ def test_the_colour_behind_an_unknown_node_is_used():
 def test_an_unknown_node_without_colours_is_grey():
     _noise, paint = fed("ShaderNodeTexNoise", "Color")
     assert value_of(paint)[0] == 0.5
+
+
+def test_a_number_from_an_unknown_node_is_a_number():
+    bricks, paint = fed("ShaderNodeTexBrick", "Fac")
+    assert value_of(paint)[0] == 0.5
+    bricks.inputs["Scale"].default_value = 3
+    feed(bricks.inputs["Color1"], "ShaderNodeTexImage", image=image())
+    assert isinstance(value_of(paint)[0], Gray)
 
 
 def test_vectors_behind_an_unknown_node_are_used():

@@ -7,8 +7,17 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from core.programs import BLENDS, MATHS  # noqa: E402
-from core.values import Checker, Combine, Component, Gray, MapRange, Math, Mix  # noqa: E402
+from core.values import (  # noqa: E402
+    BLENDS,
+    MATHS,
+    Checker,
+    Combine,
+    Component,
+    Gray,
+    MapRange,
+    Math,
+    Mix,
+)
 from tests.addon_helpers import empty_scene, fed, feed, plain, value_of  # noqa: E402
 
 CHECKS = Checker((0.8,) * 3, (0.2,) * 3, 5.0)
@@ -181,9 +190,9 @@ def test_combine(kind):
 @pytest.mark.parametrize("mode", ["HSV", "HSL"])
 def test_other_models_of_colour_are_named(mode):
     separate, paint = fed("ShaderNodeSeparateColor", mode=mode)
-    becomes(paint, Component((0.8,) * 3, 0), '"Separate Color"')
+    becomes(paint, Component((0.8,) * 3, 0), f'node "Separate Color": its {mode} components are taken for RGB')
     feed(separate.inputs[0], "ShaderNodeCombineColor", mode=mode)
-    becomes(paint, Component(Combine(0.0, 0.0, 0.0), 0), '"Combine Color", "Separate Color"')
+    becomes(paint, Component(Combine(0.0, 0.0, 0.0), 0), f'node "Combine Color": its {mode} components')
 
 
 # What is composed of others

@@ -101,6 +101,19 @@ def test_texture_space_makes_generated_coordinates_from_0_to_1():
     assert (size > 0).all()
 
 
+def test_generated_coordinates_are_attributes_where_something_deforms_a_mesh():
+    obj = quad(size=2)
+    paint, node = shader("ShaderNodeEmission")
+    feed(node.inputs["Color"], "ShaderNodeTexCoord", "Generated")
+    obj.data.materials.append(paint)
+    assert instances()[0].mesh.attributes == {}
+    obj.modifiers.new("Wave", "WAVE")
+    (instance,) = instances()
+    assert instance.materials[0].surface.color.name == ".generated"
+    generated = instance.mesh.attributes[".generated"]
+    np.testing.assert_allclose([generated[..., :2].min(), generated[..., :2].max()], [0, 1], atol=1e-6)
+
+
 def test_slots_and_their_materials():
     bpy.ops.mesh.primitive_cube_add()
     obj = bpy.context.object

@@ -80,6 +80,31 @@ def test_a_muted_node_without_a_way_through_counts_as_no_link():
     assert value_of(paint)[0] == pytest.approx((0.8, 0.8, 0.8))
 
 
+def test_nothing_that_passes_a_muted_node_or_a_reroute_is_0():
+    math, paint = fed("ShaderNodeMath")
+    math.inputs[0].default_value, math.mute = 0.3, True
+    assert value_of(paint) == (0.0, [])
+    _reroute, paint = fed("NodeReroute")
+    assert value_of(paint) == (0.0, [])
+
+
+def test_a_muted_group_converts_to_the_type_of_its_output_alone():
+    tree, _entry, _leave = group(("In", "INPUT", "Float"), ("Out", "OUTPUT", "Color"))
+    paint, diffuse = shader("ShaderNodeBsdfDiffuse")
+    node = use_group(diffuse.inputs["Color"], tree)
+    feed(node.inputs[0], RGB).outputs[0].default_value = RED
+    node.mute = True
+    assert value_of(paint) == ((1, 0.5, 0.25), [])
+
+
+def test_a_group_without_an_output_node_gives_0():
+    tree, _entry, leave = group(("Out", "OUTPUT", "Color"))
+    tree.nodes.remove(leave)
+    paint, diffuse = shader("ShaderNodeBsdfDiffuse")
+    use_group(diffuse.inputs["Color"], tree)
+    assert value_of(paint) == (0.0, [])
+
+
 def test_muted_links_are_no_links():
     _rgb, paint = fed(RGB)
     next(link for link in paint.node_tree.links if link.to_socket.name == "Color").is_muted = True

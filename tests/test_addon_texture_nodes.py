@@ -11,7 +11,7 @@ bpy = pytest.importorskip("bpy")
 
 from mathutils import Euler, Matrix, Vector  # noqa: E402
 
-from addon.texture_nodes import mapping_matrix  # noqa: E402
+from addon.texture_nodes import mapping_matrix, tile_matrices  # noqa: E402
 from core.values import (  # noqa: E402
     GENERATED,
     OBJECT,
@@ -88,6 +88,36 @@ def test_opacity_is_an_image_of_its_own_beside_straight_colours():
 def test_colours_alone_are_multiplied_by_their_opacity():
     texture, _warnings = picture(image(opacity=0.5))
     assert (texture.pixels[0, 0] == (128, 0, 0)).all()
+
+
+def test_opacity_that_leads_nowhere_is_not_used():
+    texture, paint = fed("ShaderNodeTexImage", image=image(opacity=0.5))
+    loose = paint.node_tree.nodes.new("ShaderNodeMath")
+    paint.node_tree.links.new(texture.outputs["Alpha"], loose.inputs[0])
+    assert (value_of(paint)[0].pixels[0, 0] == (128, 0, 0)).all()
+
+
+def test_outside_of_a_tile_there_is_magenta():
+    tiles = bpy.data.images.new("Skin", 4, 4, tiled=True)
+    tiles.tiles[0].number = 1013
+    value, warnings = picture(tiles)
+    assert (value.factor.extension, value.a, warnings) == ("clip", (1, 0, 1), [])
+    np.testing.assert_array_equal(moved(value.b.vector.matrix, (2.25, 1.5, 0)), (0.25, 0.5, 0))
+
+
+def test_the_first_row_and_column_of_tiles_go_on_to_minus_1():
+    into, around = tile_matrices(1011)
+    np.testing.assert_array_equal(
+        [moved(into, (0.5, 1.5, 0)), moved(into, (-0.5, 1.5, 0))], [(0.5, 0.5, 0), (-0.5, 0.5, 0)]
+    )
+    np.testing.assert_array_equal([moved(around, (-1, 1, 0)), moved(around, (1, 2, 0))], [(0, 0, 0), (1, 1, 0)])
+
+
+def test_tiles_beyond_the_first_are_named():
+    tiles = bpy.data.images.new("Skin", 4, 4, tiled=True)
+    tiles.tiles.new(1002)
+    text = 'only the first tile of image "Skin" is shown, and magenta in place of the others'
+    assert picture(tiles)[1] == [f'material "Paint": node "Picture": {text}']
 
 
 def test_the_opacity_of_an_opaque_image_is_1():
@@ -308,4 +338,16 @@ def test_other_coordinates_are_named():
     feed(checker.inputs["Vector"], "ShaderNodeTexCoord", "Camera", name="Lens")
     value, warnings = value_of(paint)
     assert value.vector is GENERATED
-    assert "Lens" in warnings[0]
+    text = 'the output Camera of the node "Lens" is not known, and Generated taken instead'
+    assert warnings == [f'material "Paint": {text}']
+
+
+@pytest.mark.parametrize("kind", ["group", "reroute"])
+def test_a_texture_whose_vector_comes_from_nowhere_has_its_own_coordinates(kind):
+    tree = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+    tree.interface.new_socket("Vector", in_out="INPUT", socket_type="NodeSocketVector").default_value = (0.7, 0.2, 0)
+    tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
+    checker = feed(tree.nodes.new("NodeGroupOutput").inputs[0], "ShaderNodeTexChecker")
+    feed(checker.inputs["Vector"], "NodeGroupInput" if kind == "group" else "NodeReroute")
+    _node, paint = fed("ShaderNodeGroup", node_tree=tree)
+    assert value_of(paint)[0].vector is GENERATED

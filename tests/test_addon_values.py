@@ -53,6 +53,15 @@ def _tiles():
     return tiles
 
 
+def _udim_tile():
+    tile = image("Tile")
+    tile.filepath_raw, tile.file_format = f"{bpy.app.tempdir}/tile.1001.png", "PNG"
+    tile.save()
+    loaded = bpy.data.images.load(tile.filepath_raw)
+    loaded.source, loaded.filepath = "TILED", f"{bpy.app.tempdir}/tile.<UDIM>.png"
+    return loaded
+
+
 def coordinates(socket, output="UV"):
     return feed(socket, "ShaderNodeTexCoord", output)
 
@@ -98,6 +107,34 @@ def straight_colours_where_opacity_is_used(socket):
     mix = feed(socket, "ShaderNodeMixRGB")
     node = picture(mix.inputs["Color1"], interpolation="Closest")
     socket.id_data.links.new(node.outputs["Alpha"], mix.inputs["Fac"])
+
+
+@case
+def opacity_that_leads_nowhere(socket):
+    node = picture(socket)
+    loose = socket.id_data.nodes.new("ShaderNodeMath")
+    socket.id_data.links.new(node.outputs["Alpha"], loose.inputs[0])
+
+
+@case
+def tile_of_an_image(socket):
+    node = feed(socket, "ShaderNodeTexImage", image=_udim_tile())
+    mapped(node.inputs["Vector"], "POINT")
+
+
+@case
+def texture_in_a_group_whose_vector_is_not_linked(socket):
+    tree = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+    tree.interface.new_socket("Vector", in_out="INPUT", socket_type="NodeSocketVector").default_value = (0.7, 0.2, 0)
+    tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
+    node = picture(tree.nodes.new("NodeGroupOutput").inputs[0])
+    feed(node.inputs["Vector"], "NodeGroupInput")
+    feed(socket, "ShaderNodeGroup", node_tree=tree)
+
+
+@case
+def texture_behind_a_loose_reroute(socket):
+    feed(picture(socket).inputs["Vector"], "NodeReroute")
 
 
 @case
@@ -159,6 +196,21 @@ def attribute_of_points(socket):
 @case
 def factor_of_an_attribute(socket):
     feed(socket, "ShaderNodeAttribute", 2, attribute_name="Points")
+
+
+@case
+def factor_of_two_components(socket):
+    feed(socket, "ShaderNodeAttribute", 2, attribute_name="UVMap")
+
+
+@case
+def opacity_of_an_attribute(socket):
+    feed(socket, "ShaderNodeAttribute", "Alpha", attribute_name="Points")
+
+
+@case
+def normals_as_coordinates(socket):
+    coordinates(socket, "Normal")
 
 
 @case

@@ -138,6 +138,13 @@ def test_inputs_out_of_range_are_those_at_its_end():
     assert np.isfinite(look_up([0.0, 0.0, 1.0, 1.0], [0.0, 1.0, 0.0, 1.0], 1.5)).all()
 
 
+def test_what_is_no_number_is_at_the_lower_end():
+    """Not at an entry that there is not: what comes of it is reported elsewhere."""
+    assert getattr(albedo_tables._cell, "py_func", albedo_tables._cell)(F(np.nan), 16) == (0, 0)
+    nan = look_up([np.nan, 0.5, np.nan], [0.5, np.nan, np.nan], [1.5, 1.5, np.nan])
+    assert ((nan[:, 4:] >= 0) & (nan[:, 4:] <= 1)).all()
+
+
 def test_the_file_is_what_the_script_makes():
     tables = load_tables()
     alpha = make_albedo_tables.alphas()[9]

@@ -254,6 +254,15 @@ def test_sharp_cosine_power_is_a_mirror_and_blunt_is_finite():
     assert (blunt[KIND], blunt[ALPHA]) == (COSINE_POWER, 0)
 
 
+@pytest.mark.parametrize("degrees", [0, 30, 60, 75, 85])
+def test_sharp_cosine_power_reflects_the_cosine_and_a_mirror_all(degrees):
+    """The textbook's form leaves in the cosine of the light's direction: for a sharp lobe that of the viewer's."""
+    view = view_at(degrees)
+    sharp, mirror = (lobes_of(phong, ONE, WHITE, F(roughness), N, view) for roughness in (0.05, 0.0))
+    assert albedo(sharp, view) == pytest.approx(np.cos(np.radians(degrees)), rel=2e-3, abs=2e-4)
+    assert albedo(mirror, view) == pytest.approx(1)
+
+
 @pytest.mark.parametrize("roughness", [0.1, 0.4, 0.9])
 @pytest.mark.parametrize("degrees", [0, 45, 70])
 def test_chances_are_the_light_that_is_reflected(roughness, degrees):

@@ -9,8 +9,21 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from core import Instance, Material, Mesh, Scene
-from core.shaders import Diffuse, Emission, MixShader
+from core import Instance, Material, Mesh, RenderSettings, Scene, materials, render
+from core.film import Film
+from core.shaders import (
+    Diffuse,
+    Emission,
+    Glass,
+    Glossy,
+    Metallic,
+    MixShader,
+    Principled,
+    Refraction,
+    Shader,
+    Translucent,
+    Transparent,
+)
 from core.values import (
     GENERATED,
     OBJECT,
@@ -186,6 +199,79 @@ def test_an_albedo_is_the_sum_of_its_shares():
     scene = Scene(camera, (Instance(sloping_floor(), PLACE, (material,)),), world=(1.0,) * 3)
     seen = picture(scene, channel=None, samples=1, sampler="regular")[..., :3].reshape(-1, 3)
     assert np.allclose(seen, expected, atol=5e-5)
+
+
+def test_what_is_no_number_is_at_the_foot_of_a_ramp():
+    look_up = getattr(materials._ramp, "py_func", materials._ramp)
+    assert look_up(TABLE, 0, len(TABLE), 1, np.float32(np.nan)) == pytest.approx(TABLE[0])
+
+
+# Colours that are none
+
+
+def lit(shader: Shader, **settings) -> Film:
+    """A floor in a white world."""
+    scene = Scene(
+        camera_down(1.0, (4, 4)), (Instance(sheet(), materials=(Material("bad", shader),)),), world=(1.0,) * 3
+    )
+    return render(scene, RenderSettings(samples=4, **settings))
+
+
+@pytest.mark.parametrize(
+    "shader",
+    [
+        Diffuse(-0.5),
+        Diffuse(Math("subtract", 0.25, 0.75)),
+        Diffuse(ImageTexture(np.full((2, 2, 3), -0.5, np.float32))),
+        Diffuse(-0.5, 0.3),
+    ],
+    ids=["constant", "computed", "image", "rough"],
+)
+def test_negative_colours_are_black(shader):
+    film = lit(shader)
+    assert (film.passes["Combined"][..., :3] == 0).all()
+    assert film.negative_pixels == film.dropped_samples == 0
+
+
+#: 10¹⁰⁰ is infinite in float32, and a product of it with 0 no number.
+INFINITE = Math("power", 10.0, 100.0)
+NO_NUMBER = Math("multiply", INFINITE, Math("multiply", Component(OBJECT, 0), 0.0))
+
+
+@pytest.mark.parametrize(
+    "shader",
+    [
+        Diffuse(NO_NUMBER),
+        Diffuse(INFINITE),
+        Diffuse(roughness=NO_NUMBER),
+        Diffuse(normal=NormalMap(NO_NUMBER)),
+        Translucent(INFINITE),
+        Transparent(NO_NUMBER),
+        Glossy(roughness=NO_NUMBER),
+        Glossy(roughness=Math("subtract", INFINITE, INFINITE)),
+        Glossy(NO_NUMBER, distribution="cosine_power"),
+        Metallic(edge_tint=NO_NUMBER),
+        Glass(roughness=0.3, ior=NO_NUMBER),
+        Refraction(ior=INFINITE),
+        Principled(roughness=NO_NUMBER),
+        Principled(coat=0.5, coat_ior=NO_NUMBER),
+        MixShader(NO_NUMBER, Diffuse(), Glossy()),
+        MixShader(NO_NUMBER, Diffuse(), Diffuse(0.1)),
+    ],
+    ids=lambda shader: type(shader).__name__,
+)
+def test_a_surface_that_is_no_number_is_dropped_and_counted(shader):
+    assert lit(shader).dropped_samples == 16 * 4
+
+
+def test_only_samples_that_see_it_are_dropped():
+    """Where the parameter is finite, the surface is as it would be without the rest."""
+    left = Math("less_than", Component(OBJECT, 0), 0.0)
+    infinite_there = Math("power", 10.0, Math("multiply", 100.0, left))
+    film = lit(Glossy(0.5, Math("multiply", 0.3, infinite_there)), sampler="regular")
+    assert film.dropped_samples == 8 * 4
+    good = lit(Glossy(0.5, 0.3), sampler="regular")
+    assert np.array_equal(film.passes["Combined"][:, 2:], good.passes["Combined"][:, 2:])
 
 
 # Normals

@@ -303,6 +303,14 @@ def normal_map(node) -> None:
     feed(mapped.inputs["Color"], "ShaderNodeTexImage", image=blue)
 
 
+def normal_map_of_a_lost_uv_map(node) -> None:
+    feed(node.inputs["Normal"], "ShaderNodeNormalMap", uv_map="Lost").inputs["Color"].default_value = (0.7, 0.6, 0.9, 1)
+
+
+def normal_as_color(node) -> None:
+    feed(node.inputs["Color"], "ShaderNodeNewGeometry", "Normal")
+
+
 def bump(node) -> None:
     bumped = feed(node.inputs["Normal"], "ShaderNodeBump", "Normal")
     bumped.inputs["Strength"].default_value, bumped.inputs["Distance"].default_value = 0.5, 0.05
@@ -342,6 +350,8 @@ GRAPHS = {
     "color-attribute": graph(color_attribute, "Diffuse"),
     "normal-map": graph(normal_map, Base_Color=RED, Roughness=0.3),
     "normal-map-diffuse": graph(normal_map, "Diffuse", Color=RED),
+    "normal-map-of-a-lost-uv-map": graph(normal_map_of_a_lost_uv_map, "Diffuse", Color=RED),
+    "normal-of-the-geometry": graph(normal_as_color, "Diffuse"),
     "bump": graph(bump, Base_Color=RED, Roughness=0.3),
     "bump-diffuse": graph(bump, "Diffuse", Color=RED),
 }
@@ -350,6 +360,18 @@ GRAPHS = {
 @pytest.mark.parametrize("name", GRAPHS)
 def test_a_graph_of_nodes_looks_as_in_cycles(name, scene, tmp_path):
     put_on(GRAPHS[name]())
+    check(scene, tmp_path)
+
+
+def test_a_deformed_mesh_has_the_generated_coordinates_that_it_has_in_cycles(scene, tmp_path):
+    put_on(GRAPHS["ramp-roughness"]())
+    push = bpy.data.objects["Ball"].modifiers.new("Push", "SIMPLE_DEFORM")
+    push.deform_method, push.deform_axis, push.angle = "BEND", "X", 1.5
+    check(scene, tmp_path)
+
+
+def test_a_mirrored_area_lamp_shines_as_in_cycles(scene, tmp_path):
+    bpy.data.objects["Area"].scale = (-1.5, 1, 1)
     check(scene, tmp_path)
 
 

@@ -7,10 +7,40 @@ import math
 import numpy as np
 import pytest
 
-from core import SceneError, programs
-from core.programs import MAX_LOBES, NONE, Programs, compile_programs
-from core.shaders import AddShader, Diffuse, Emission, Glossy, Metallic, MixShader, Principled, Shader, Transparent
-from core.values import GENERATED, UV, Bump, Checker, ColorRamp, ImageTexture, Math, Mix, NormalMap, Value
+from core import SceneError, instructions
+from core.compile_shaders import MAX_LOBES
+from core.instructions import NONE
+from core.programs import Programs, compile_programs
+from core.shaders import (
+    AddShader,
+    Diffuse,
+    Emission,
+    Glass,
+    Glossy,
+    Metallic,
+    MixShader,
+    Principled,
+    Shader,
+    Transparent,
+)
+from core.values import (
+    GENERATED,
+    UV,
+    Bump,
+    Checker,
+    ColorRamp,
+    Component,
+    Coordinates,
+    EnvironmentTexture,
+    Expression,
+    ImageTexture,
+    LayerWeight,
+    MapRange,
+    Math,
+    Mix,
+    NormalMap,
+    Value,
+)
 
 IMAGE = ImageTexture(np.ones((2, 2, 3), np.float32))
 RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
@@ -72,6 +102,45 @@ def test_what_emits_nothing_is_no_light(emission):
     assert not material.may_emit
 
 
+def picture(*pixels: float) -> ImageTexture:
+    return ImageTexture(np.repeat(np.float32(pixels), 3).reshape(1, -1, 3))
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("make", [Emission, lambda value: Principled(emission_color=value, emission_strength=1.0)])
+def test_a_bad_pixel_does_not_turn_a_light_off(make, bad):
+    """What is known of the light is known of the good ones."""
+    (material,) = compiled(make(picture(2.0, bad, 4.0, 0.0))).materials
+    assert material.may_emit
+    assert material.typical_emission == pytest.approx(2)
+
+
+def test_emission_is_as_large_as_it_is_on_average():
+    assert compiled(Emission(picture(-3.0, 1.0))).materials[0].typical_emission == pytest.approx(2)
+    bytes_ = ImageTexture(np.full((2, 2, 3), 51, np.uint8))
+    assert compiled(Emission(bytes_, 10.0)).materials[0].typical_emission == pytest.approx(2)
+
+
+@pytest.mark.parametrize("pixels", [(math.nan,), (math.nan, 0.0), (1e-45,), (3e38,), (-1.0,)])
+def test_what_may_emit_can_be_chosen_as_a_light(pixels):
+    tiny = Mix(1.0, picture(*pixels), picture(*pixels), "multiply", clamp_factor=False)
+    for _ in range(10):
+        tiny = Mix(1.0, tiny, tiny, "multiply", clamp_factor=False)
+    (material,) = compiled(Emission(tiny)).materials
+    assert material.may_emit
+    assert 0 < material.typical_emission < math.inf
+
+
+def test_a_black_picture_emits_nothing():
+    assert not compiled(Emission(picture(0.0, 0.0))).materials[0].may_emit
+    assert not compiled(Emission(Mix(1.0, picture(1.0), (0.0, 0.0, 0.0), "multiply"))).materials[0].may_emit
+
+
+def test_a_negative_colour_takes_nothing_from_another():
+    made = compiled(AddShader(Diffuse(-0.5), Diffuse((0.5, 0.25, -1.0))))
+    assert constant(made, made.materials[0].albedo) == [0.5, 0.25, 0]
+
+
 @pytest.mark.parametrize("factor", [0.0, 1.0, -3.0, 7.0])
 def test_a_share_of_0_leaves_nothing(factor):
     """Also where the factor lies beyond 0 … 1, which is clamped."""
@@ -91,13 +160,13 @@ def test_what_reads_constants_only_stands_in_the_prologue():
     assert material.start == NONE
     assert material.albedo != NONE
     prologue = made.code[made.prologue :]
-    assert prologue[0] == programs.MATH
-    assert prologue[7] == programs.MIX
+    assert prologue[0] == instructions.MATH
+    assert prologue[7] == instructions.MIX
     # Half of this varies, and only that half is left for the hits.
     made = compiled(Diffuse(Mix(total, RED, IMAGE)))
     start = made.materials[0].start
-    assert made.code[made.prologue] == programs.MATH
-    assert made.code[start] == programs.UV
+    assert made.code[made.prologue] == instructions.MATH
+    assert made.code[start] == instructions.UV
     assert len(made.code) - len(compiled(Diffuse(Mix(0.75, RED, IMAGE))).code) == 7, "the sum, in the prologue alone"
 
 
@@ -111,7 +180,8 @@ def test_a_shared_node_is_computed_once():
     # Also across the inputs of a shader, and of all shaders of the material.
     across = MixShader(checker, Glossy(checker), Metallic(checker))
     apart = MixShader(Checker(RED, BLUE, 3.0, GENERATED), Glossy(checker), Metallic(Checker(RED, BLUE, 3.0, GENERATED)))
-    assert size(apart) - size(across) == 2 * one_checker
+    requirement = 2
+    assert size(apart) - size(across) == 2 * one_checker + requirement
 
 
 def test_a_constant_node_is_computed_once_for_all_materials():
@@ -165,6 +235,38 @@ def test_a_lambertian_surface_is_one_lobe_beside_others_however_many_make_it():
     assert compiled(Diffuse(IMAGE)).lobes == 0
 
 
+# Large graphs
+
+
+def test_a_long_chain_is_compiled():
+    """Longer than Python's stack; so are a chain of shares and a chain of normals."""
+    chain: Value = UV
+    for _ in range(3000):
+        chain = Math("add", chain, 1.0)
+    assert size(Diffuse(chain)) - size(Diffuse(UV)) == 3000 * 7
+    normal, shader = None, Glossy(0.5)
+    for _ in range(3000):
+        normal, shader = Bump(UV, normal=normal), MixShader(Component(UV, 0), None, shader)
+    assert compiled(shader, Diffuse(normal=normal)).lobes == 1
+
+
+def test_shared_shaders_and_factors_are_flattened_once():
+    """The number of ways through this graph has 18 digits."""
+    shared, product = Diffuse(0.5), UV
+    for _ in range(60):
+        shared, product = MixShader(0.5, shared, shared), Mix(1.0, product, product, "multiply", clamp_factor=False)
+    made = compiled(shared, Emission(product))
+    assert constant(made, made.materials[0].albedo) == pytest.approx([0.5] * 3)
+    twice = Glossy()
+    assert compiled(AddShader(twice, MixShader(0.5, twice, None))).lobes == 1
+
+
+def test_shares_of_a_shared_shader_add_up():
+    white, factor = Diffuse(1.0), 0.25
+    made = compiled(MixShader(factor, white, MixShader(factor, Diffuse(0.0), white)))
+    assert constant(made, made.materials[0].albedo) == pytest.approx([0.75 + 0.25 * 0.25] * 3)
+
+
 # Limits
 
 
@@ -204,3 +306,37 @@ def test_a_constant_that_is_not_finite_is_refused_by_the_materials_name(make, ba
 def test_a_world_that_is_not_finite_is_refused():
     with pytest.raises(SceneError, match=r"the world.*not finite"):
         compiled(world=(0.0, math.inf, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("surface", "why"),
+    [
+        (Diffuse(Mix(0.5, UV, 0.5, "foo")), "'foo' is no blend mode: there are mix, "),
+        (Diffuse(Math("foo", UV)), "'foo' is no operation: there are add, "),
+        (Diffuse(MapRange(UV, interpolation="foo")), "'foo' is no interpolation of a range"),
+        (Diffuse(ImageTexture(IMAGE.pixels, "foo")), "'foo' is no extension of an image texture: there are repeat, "),
+        (Diffuse(ImageTexture(IMAGE.pixels, interpolation="foo")), "'foo' is no interpolation of an image texture"),
+        (Diffuse(EnvironmentTexture(np.ones((2, 2)))), "pixels have the shape (2, 2), not (height, width, 3)"),
+        (Diffuse(Component(UV, 3)), "no component 3"),
+        (Diffuse(Coordinates("foo")), "'foo' is no space of coordinates"),
+        (Diffuse(LayerWeight(0.5, "foo")), "'foo' is no kind of layer weight"),
+        (Diffuse(normal=NormalMap(0.5, space="foo")), "'foo' is no space of a normal map"),
+        (Glossy(distribution="foo"), "'foo' is no distribution: there are ggx, "),
+        (Glass(distribution="cosine_power"), "'cosine_power' is no distribution of facets"),
+        (Diffuse((1.0, 2.0)), "(1.0, 2.0) is neither a number nor a colour"),
+        (Diffuse("red"), "'red' is neither a number nor a colour"),
+        (Diffuse(Expression()), "Expression is no value"),
+        (Shader(), "Shader is no shader"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_has_no_meaning_is_refused_by_the_materials_name(surface, why):
+    with pytest.raises(SceneError, match=r"^material 'Paint.1': ") as error:
+        compiled(Diffuse(), surface)
+    assert why in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_world_of_two_components_is_refused():
+    with pytest.raises(SceneError, match=r"^the world: \(1.0, 1.0\) is neither a number nor a colour"):
+        compiled(world=(1.0, 1.0))

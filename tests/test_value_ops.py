@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.programs import BLENDS, INTERPOLATIONS, MATHS
 from core.value_ops import from_hsv, gray, map_range, math_op, mix, to_hsv
-from core.values import MapRange
+from core.values import BLENDS, INTERPOLATIONS, MATHS, MapRange
 from tests import naive_values
 
 F = np.float32
