@@ -462,8 +462,8 @@ def _bump(
     qx, qy, qz = ny * uz - nz * uy, nz * ux - nx * uz, nx * uy - ny * ux
     determinant = ux * px + uy * py + uz * pz
     gx, gy, gz = along_u * px + along_v * qx, along_u * py + along_v * qy, along_u * pz + along_v * qz
-    # As seen from behind, what was high is low.
-    scale = distance * f[i + SIDE] * (ONE if determinant >= ZERO else -ONE)
+    # What is high rises towards the viewer from behind as well, as Cycles has it: a relief would be sunk there.
+    scale = distance * (ONE if determinant >= ZERO else -ONE)
     size = abs(determinant)
     x, y, z = normalize(size * nx - scale * gx, size * ny - scale * gy, size * nz - scale * gz)
     rest = ONE - strength

@@ -41,7 +41,7 @@ from .instructions import (
     TRANSPARENT,
 )
 from .jit import device
-from .lobe_record import KIND, LAMBERT, LOBE_SIZE, NORMAL, OREN_NAYAR, SMOOTH_NORMAL, TILT
+from .lobe_record import KIND, LAMBERT, LOBE_SIZE, NORMAL, OREN_NAYAR, SMOOTH_NORMAL, TILT, WEIGHT
 from .lobes import first_lobe
 from .packed_materials import MaterialArrays
 from .principled import Inputs, append_principled
@@ -82,6 +82,8 @@ def _note_bump(f: np.ndarray, lobes: np.ndarray, i: int, lobe: int) -> None:
         same = (lobes[n] == lobes[s]) & (lobes[n + 1] == lobes[s + 1]) & (lobes[n + 2] == lobes[s + 2])
         cosine = lobes[n] * lobes[s] + lobes[n + 1] * lobes[s + 1] + lobes[n + 2] * lobes[s + 2]
         lobes[lobe + TILT] = ZERO if same else bump_alpha_squared(cosine)
+        if cosine <= ZERO:  # turned away from the surface's own, it reflects nothing
+            lobes[lobe + WEIGHT] = lobes[lobe + WEIGHT + 1] = lobes[lobe + WEIGHT + 2] = ZERO
 
 
 @device

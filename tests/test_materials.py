@@ -346,10 +346,10 @@ def test_a_bump_tilts_the_normal_against_the_slope(strength, distance, invert, p
     assert seen == pytest.approx(expected, abs=2e-3)
 
 
-def test_a_relief_seen_from_behind_is_the_same_relief():
+def test_a_relief_rises_towards_the_viewer_from_either_side_as_in_cycles():
     height = Math("multiply", Component(OBJECT, 0), 0.7)
     assert seen_normal(Bump(height), np.eye(4)) == pytest.approx(unit([-0.7, 0, 1]), abs=2e-3)
-    assert seen_normal(Bump(height), np.eye(4), turned=True) == pytest.approx(unit([0.7, 0, -1]), abs=2e-3)
+    assert seen_normal(Bump(height), np.eye(4), turned=True) == pytest.approx(unit([-0.7, 0, -1]), abs=2e-3)
 
 
 def test_a_bump_goes_on_from_another_normal():

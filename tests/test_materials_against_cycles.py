@@ -354,6 +354,7 @@ GRAPHS = {
     "normal-of-the-geometry": graph(normal_as_color, "Diffuse"),
     "bump": graph(bump, Base_Color=RED, Roughness=0.3),
     "bump-diffuse": graph(bump, "Diffuse", Color=RED),
+    "bump-glass": graph(bump, "Glass", Color=RED, Roughness=0.1),
 }
 
 
