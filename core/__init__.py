@@ -51,7 +51,19 @@ _HOME = {
     ),
     "settings": ("RenderSettings",),
 }
-_PARTS = {"command_line", "files", "lab", "limits", "shaders", "values", *_HOME}
+_PARTS = {
+    "command_line",
+    "compiling",
+    "files",
+    "kernel_cache",
+    "lab",
+    "limits",
+    "preparation",
+    "progressive",
+    "shaders",
+    "values",
+    *_HOME,
+}
 
 __all__ = [
     "SAMPLERS",

@@ -72,7 +72,7 @@ def pack_camera(camera: Camera, center: np.ndarray, filter_offsets: np.ndarray) 
     rows = affine(camera.matrix, center)
     return CameraArrays(
         window=np.array([left, bottom, (right - left) / width, (top - bottom) / height]),
-        rotation=rows[:, :3].astype(np.float32),
+        rotation=rows[:, :3].astype(np.float32, order="C"),
         position=rows[:, 3].astype(np.float32),
         orthographic=camera.orthographic,
         clip_start=np.float32(camera.clip_start),

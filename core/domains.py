@@ -57,6 +57,13 @@ class PointTable(NamedTuple):
     digits: int = 0
 
 
+class Run(NamedTuple):
+    """Which points of its set each pixel takes: `count` of them, from number `start` on."""
+
+    start: int
+    count: int
+
+
 #: For a domain in which nobody looks anything up.
 NO_POINTS = PointTable(np.zeros((2, 1, 1), np.float32), 0)
 
@@ -157,24 +164,24 @@ def place_on_curve(x: int, y: int, digits: int, salt: int) -> int:
 
 @kernel
 def look_up_points(
-    batch: Batch, row: int, table: PointTable, dimension: int, blocks: np.ndarray, first: int, count: int
+    batch: Batch, row: int, table: PointTable, dimension: int, blocks: np.ndarray, run: Run, first: int, count: int
 ) -> None:
     """Fill the batch's two rows from `row` on with the points of `count` samples, number `first` of the tile and on.
 
-    Samples are numbered through the tile's blocks of 4×4 pixels, their pixels, and each pixel's samples. `blocks` is
+    Samples are numbered through the tile's blocks of 4×4 pixels, their pixels, and each pixel's `run`. `blocks` is
     (B, 2): the lower left pixel of each block in the full frame.
     """
-    f, points, samples = batch.floats, table.points, table.points.shape[2]
+    f, points = batch.floats, table.points
     done = chosen = 0
     while done < count:
-        pixel, number = divmod(first + done, samples)
-        # As far as one pixel's set and one packet go: there both lie in one run of memory.
-        run = min(samples - number, count - done, LANES - done % LANES)
+        pixel, number = divmod(first + done, run.count)
+        # As far as one pixel's set and one packet go: there both lie in one piece of memory.
+        length = min(run.count - number, count - done, LANES - done % LANES)
         if number == 0 or done == 0:
             x, y = blocks[pixel >> 4, 0] + (pixel & 3), blocks[pixel >> 4, 1] + ((pixel >> 2) & 3)
             chosen = set_of_pixel(table, x, y, dimension)
         to = done // LANES * PACKET + done % LANES + row
-        for j in range(run):
-            f[to + j] = points[0, chosen, number + j]
-            f[to + j + Y] = points[1, chosen, number + j]
-        done += run
+        for j in range(length):
+            f[to + j] = points[0, chosen, run.start + number + j]
+            f[to + j + Y] = points[1, chosen, run.start + number + j]
+        done += length

@@ -54,6 +54,9 @@ _RAY_QUERY_COHERENT = 1 << 16
 #: Embree's validity mask of a lane.
 _TRACE, _SKIP = np.uint32(0xFFFFFFFF), np.uint32(0)
 
+#: RTCMemoryMonitorFunction: a pointer of the user's, the bytes more (or fewer), and whether that has happened already.
+_MEMORY_MONITOR = ctypes.CFUNCTYPE(ctypes.c_bool, ctypes.c_void_p, ctypes.c_ssize_t, ctypes.c_bool)
+
 _TRACING = ("rtcIntersect1", "rtcOccluded1", "rtcIntersect16", "rtcOccluded16")
 _single = types.void(types.uintp, types.uintp, types.uintp)
 _packet = types.void(types.uintp, types.uintp, types.uintp, types.uintp)
@@ -111,6 +114,11 @@ class EmbreeScene:
         if not self._device:
             raise RooksError(f"Embree cannot start on this processor (error {lib.rtcGetDeviceError(None)})")
         assert lib.rtcGetDeviceProperty(self._device, _DEVICE_VERSION_MAJOR) == 4, "the ray layouts are Embree 4's"
+        self._memory: list[int] = []
+        # Not a method: an object that its own callback holds is freed late.
+        memory = self._memory
+        self._on_memory = _MEMORY_MONITOR(lambda _user, count, _is_done: memory.append(count) is None)
+        lib.rtcSetDeviceMemoryMonitorFunction(self._device, self._on_memory, None)
         self._scene = lib.rtcNewScene(self._device)
         lib.rtcSetSceneFlags(self._scene, _SCENE_FLAG_ROBUST)
         for index, entry in enumerate(entries):
@@ -131,6 +139,11 @@ class EmbreeScene:
         coherent, incoherent = (int(row.ctypes.data) for row in self._arguments)
         packets = lib.rtcGetDeviceProperty(self._device, _DEVICE_NATIVE_RAY16) == 1
         self.traversal = Traversal(self._scene, coherent, incoherent, packets)
+
+    @property
+    def memory(self) -> int:
+        """Bytes that the structure takes, beside the buffers that it shares."""
+        return sum(self._memory)
 
     def close(self) -> None:
         """Give the memory back. The structure must not be traced after that."""
@@ -192,6 +205,7 @@ def _open_library(path: Path) -> ctypes.CDLL:
         "rtcReleaseDevice": (None, [pointer]),
         "rtcGetDeviceError": (ctypes.c_int, [pointer]),
         "rtcGetDeviceProperty": (ctypes.c_ssize_t, [pointer, ctypes.c_int]),
+        "rtcSetDeviceMemoryMonitorFunction": (None, [pointer, _MEMORY_MONITOR, pointer]),
         "rtcNewScene": (pointer, [pointer]),
         "rtcReleaseScene": (None, [pointer]),
         "rtcSetSceneFlags": (None, [pointer, ctypes.c_int]),

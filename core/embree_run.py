@@ -40,6 +40,7 @@ class RunScene:
     """What `embree.EmbreeScene` is, over embreex's own scenes. `address` is what a kernel hands back as the scene."""
 
     traversal: Traversal
+    memory = 0  # embreex does not say
 
     def __init__(self, entries: Sequence[PlacedTriangles]) -> None:
         self._entries = entries

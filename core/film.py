@@ -35,7 +35,8 @@ class Film:
     Hammersley points (which can all agree and all be wrong), 0 where there is but one sample.
     `x` and `y` are the lower left pixel of the film in the full frame, whose size `resolution` is. `dropped_samples`
     counts samples that were not finite numbers: they are left out of the mean. `negative_pixels` counts pixels that
-    came out below 0, which light of negative power can do: there they are 0.
+    came out below 0, which light of negative power can do: there they are 0. `memory` is the bytes that the render
+    took beside the film.
     """
 
     x: int
@@ -50,6 +51,7 @@ class Film:
     seconds: float = 0.0
     dropped_samples: int = 0
     negative_pixels: int = 0
+    memory: int = 0
     cancelled: bool = False
 
     def __post_init__(self) -> None:

@@ -42,7 +42,7 @@ from .batch import (
 )
 from .camera import CameraArrays, aim_through_lens, aim_through_pinhole, start_rays
 from .direct_light import Clamp, add_light, add_reflected, reflect, reflect_diffusely
-from .domains import PointTable, look_up_points
+from .domains import PointTable, Run, look_up_points
 from .embree import Traversal, intersect_coherent, intersect_incoherent, occluded_coherent, occluded_incoherent
 from .emission import add_emission, add_lamps
 from .environment import EnvironmentMap
@@ -119,21 +119,22 @@ class Block(NamedTuple):
     """Which samples a batch holds: see `domains.look_up_points`."""
 
     blocks: np.ndarray
+    run: Run
     first: int
     packets: int
 
 
 @kernel
 def render_blocks(
-    batch: Batch, side: Batch, frame: Frame, blocks: np.ndarray, sums: TileSums, stop: np.ndarray
+    batch: Batch, side: Batch, frame: Frame, blocks: np.ndarray, run: Run, sums: TileSums, stop: np.ndarray
 ) -> None:
-    """Render all samples of `blocks`, batch after batch, into `sums`, as long as `stop` (1,) is 0.
+    """Render the samples `run` of each pixel of `blocks`, batch after batch, into `sums`, as long as `stop` (1,) is 0.
 
     `blocks` is (B, 2) int64: the lower left pixel of each block of 4×4 pixels, whose samples are numbered as in
     `domains`. `side` is a second batch, for looking at other points than the paths' own while these wait.
     """
     ways, scene, traversal = frame.ways, frame.scene, frame.traversal
-    samples, lobe_stride = frame.points.pixel.points.shape[2], scene.materials.largest_lobe_count
+    samples, lobe_stride = run.count, scene.materials.largest_lobe_count
     capacity = len(batch.floats) // PACKET
     # A block's 16 pixels times n samples are n whole packets.
     total = len(blocks) * samples
@@ -141,7 +142,7 @@ def render_blocks(
         if stop[0]:
             return
         packets = min(capacity, total - first)
-        block = Block(blocks, first * LANES, packets)
+        block = Block(blocks, run, first * LANES, packets)
         _begin(batch, frame.limits, packets)
         _shoot_camera_rays(batch, frame.camera, frame.points, block)
         intersect_coherent(batch, traversal, packets)
@@ -197,7 +198,7 @@ def _begin(batch: Batch, limits: Limits, packets: int) -> None:
 def _shoot_camera_rays(batch: Batch, camera: CameraArrays, points: Points, block: Block) -> None:
     _look_up(batch, POINT, points.pixel, 0, block)
     count = block.packets * LANES
-    start_rays(batch, camera, block.blocks, block.first, points.pixel.points.shape[2], count)
+    start_rays(batch, camera, block.blocks, block.first, block.run.count, count)
     if camera.lens_radius > _ZERO:
         _look_up(batch, POINT, points.lens, 0, block)
         aim_through_lens(batch, camera, block.packets)
@@ -207,7 +208,7 @@ def _shoot_camera_rays(batch: Batch, camera: CameraArrays, points: Points, block
 
 @device
 def _look_up(batch: Batch, row: int, table: PointTable, dimension: int, block: Block) -> None:
-    look_up_points(batch, row, table, dimension, block.blocks, block.first, block.packets * LANES)
+    look_up_points(batch, row, table, dimension, block.blocks, block.run, block.first, block.packets * LANES)
 
 
 @kernel

@@ -3,3 +3,4 @@
 #: More samples per pixel than this need tables larger than the memory of a common machine.
 MAX_SAMPLES = 1 << 20
 MAX_BOUNCES = 64
+MAX_SEED = 2**31 - 1

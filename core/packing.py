@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .embree import EmbreeScene, PlacedTriangles, build_scene
-from .embree_run import RunScene
+from .embree import PlacedTriangles, Traversal, build_scene
 from .errors import SceneError
 from .instructions import NONE
 from .packed_materials import MaterialArrays, pack_materials
 from .programs import Programs
 from .scene import VISIBLE_TO_SHADOWS, Instance, Material, Mesh, Scene
+from .shared_use import SharedUse
 
 #: A bit beside `scene.VISIBLE_TO_SHADOWS`, and in its place, of what tints shadows rather than to make them black.
 TINTS_SHADOWS = 32
@@ -68,16 +68,24 @@ class SceneArrays(NamedTuple):
 
 @dataclass(frozen=True)
 class PackedScene:
-    """`arrays` and `embree` for kernels; `center` (3,) float64 is what has to be subtracted from world positions."""
+    """`arrays` and `traversal` for kernels; `center` (3,) float64 is what has to be subtracted from world positions.
+
+    `structure` is Embree's, over `entries`, to be let go of once; it takes `memory` bytes.
+    """
 
     arrays: SceneArrays
     programs: Programs
-    embree: EmbreeScene | RunScene
+    entries: list[PlacedTriangles]
+    traversal: Traversal
+    structure: SharedUse
+    memory: int
     center: np.ndarray
 
 
-def pack_scene(scene: Scene, threads: int) -> PackedScene:
+def pack_scene(scene: Scene, threads: int, before: PackedScene | None = None) -> PackedScene:
     """Check `scene`, flatten it and build Embree's structure with `threads` threads.
+
+    Where nothing has moved since `before`, its structure is shared: each that holds it lets go of it once.
 
     Raises:
         SceneError: an array has the wrong shape, or numbers that are not finite.
@@ -95,8 +103,8 @@ def pack_scene(scene: Scene, threads: int) -> PackedScene:
 
     placements = _pack_placements(instances, meshes, alone, center)
     materials, slot_materials, programs = pack_materials(placements.pop("material_list"), scene.world)
-    arrays, parts = _pack_meshes(meshes, alone, center, programs.attributes)
-    geometry = Geometry(**arrays, **placements, slot_materials=slot_materials, center=center.astype(np.float32))
+    fields, parts = _pack_meshes(meshes, alone, center, programs.attributes)
+    geometry = Geometry(**fields, **placements, slot_materials=slot_materials, center=center.astype(np.float32))
     passes = np.array([material.may_pass for material in programs.materials], bool)
     entries = []
     for i, (instance, row) in enumerate(zip(instances, geometry.placements, strict=True)):
@@ -104,7 +112,18 @@ def pack_scene(scene: Scene, threads: int) -> PackedScene:
         matrix = geometry.to_world[i] if row[INSTANCED] else None
         mask = _mask(instance, passes[slot_materials[first : last + 1]].any())
         entries.append(PlacedTriangles(*parts[row[MESH]], matrix, mask))
-    return PackedScene(SceneArrays(geometry, materials), programs, build_scene(entries, threads), center)
+    arrays = SceneArrays(geometry, materials)
+    if before is not None and _are_same(entries, before.entries) and before.structure.join():
+        return PackedScene(arrays, programs, before.entries, before.traversal, before.structure, before.memory, center)
+    embree = build_scene(entries, threads)
+    return PackedScene(arrays, programs, entries, embree.traversal, SharedUse(embree.close), embree.memory, center)
+
+
+def _are_same(entries: Sequence[PlacedTriangles], others: Sequence[PlacedTriangles]) -> bool:
+    return len(entries) == len(others) and all(
+        entry.mask == other.mask and all(map(np.array_equal, entry[:3], other[:3]))
+        for entry, other in zip(entries, others, strict=True)
+    )
 
 
 def _mask(instance: Instance, may_pass: bool) -> int:
@@ -116,7 +135,7 @@ def _mask(instance: Instance, may_pass: bool) -> int:
 
 def affine(matrix: np.ndarray, center: np.ndarray | None = None) -> np.ndarray:
     """The upper three rows of a (4, 4) matrix, float64, moved by -`center`."""
-    rows = np.array(matrix, np.float64)[:3]
+    rows = np.array(matrix, np.float64, order="C")[:3]  # kernels are compiled for this order alone
     if center is not None:
         rows[:, 3] -= center
     return rows

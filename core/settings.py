@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from .errors import SettingsError
-from .limits import MAX_BOUNCES, MAX_SAMPLES
+from .limits import MAX_BOUNCES, MAX_SAMPLES, MAX_SEED
 from .samplers import SAMPLERS
 
 
@@ -56,7 +56,7 @@ class RenderSettings:
             if name not in SAMPLERS:
                 raise SettingsError(f"unknown sampler {name!r}: choose one of {', '.join(SAMPLERS)}")
         _check_integer("samples", self.samples, 1, MAX_SAMPLES)
-        _check_integer("seed", self.seed, 0, 2**31 - 1)
+        _check_integer("seed", self.seed, 0, MAX_SEED)
         for kind in ("max", "diffuse", "glossy", "transmission", "transparent"):
             _check_integer(f"{kind} bounces", getattr(self, f"{kind}_bounces"), 0, MAX_BOUNCES)
         _check_range("clamp indirect", self.clamp_indirect, 0, float("inf"))

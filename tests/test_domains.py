@@ -19,7 +19,7 @@ from scipy import ndimage, stats
 
 from core import SettingsError, domains
 from core.batch import LANES, PACKET, POINT, Y, new_batch
-from core.domains import DOMAINS, PointTable, hash32, look_up_points, make_table, place_on_curve, set_of_pixel
+from core.domains import DOMAINS, PointTable, Run, hash32, look_up_points, make_table, place_on_curve, set_of_pixel
 from core.samplers import SAMPLERS
 from core.settings import RenderSettings
 from tests import naive
@@ -34,7 +34,7 @@ PIXELS, BLOCKS = 64, np.array([(0, 0), (4, 0), (8, 4), (100, 200)], np.int64)
 def looked_up(table: PointTable, dimension: int, blocks: np.ndarray, first: int, count: int) -> np.ndarray:
     """The points of `count` samples, (count, 2), by the kernel."""
     batch = new_batch(-(-count // LANES))
-    look_up_points(batch, POINT, table, dimension, blocks, first, count)
+    look_up_points(batch, POINT, table, dimension, blocks, Run(0, table.points.shape[2]), first, count)
     lanes = batch.floats.reshape(-1, PACKET)
     return np.stack([lanes[:, row : row + LANES].ravel()[:count] for row in (POINT, POINT + Y)], -1)
 

@@ -13,7 +13,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from core import Camera, RenderSettings, Scene, domains, render, rendering
+from core import Camera, RenderSettings, Scene, domains, preparation, render
 from core.lab import chart, chart_data, chart_drawing, chart_tables, depth, scenes, style
 from core.lab.cli import main
 from core.lab.efficiency import (
@@ -372,7 +372,7 @@ def test_a_path_takes_as_many_numbers_as_are_said(monkeypatch):
             asked[domain] = dimensions
             return really(domain, settings, dimensions, pixels)
 
-        monkeypatch.setattr(rendering, "make_table", make_table)
+        monkeypatch.setattr(preparation, "make_table", make_table)
         rendered = chart.RENDERED["box1"]
         settings = rendered.settings | {"max_bounces": bounces, "diffuse_bounces": bounces}
         render(rendered.make((12, 12)), RenderSettings(samples=1, threads=1, **settings))

@@ -66,7 +66,7 @@ def test_only_one_module_knows_embree(path):
 
 @every_core_file
 def test_kernels_are_where_the_compile_cache_looks_for_changes(path):
-    """`core.jit` names its folder after the contents of the files beside it, not of those in folders below."""
+    """`core.kernel_cache` names its folder after the contents of the files beside it, not of those in folders below."""
     in_sight = path.parent == ROOT / "core"
     assert in_sight or "numba" not in {top(module) for _, module in imports(path)}
     assert in_sight or not {module for level, module in imports(path) if level and module == "jit"}

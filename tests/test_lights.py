@@ -22,8 +22,8 @@ from core import (
     SceneError,
     SpotLight,
     SunLight,
+    preparation,
     render,
-    rendering,
 )
 from core.scene import VISIBLE_TO_CAMERA, VISIBLE_TO_SHADOWS, VISIBLE_TO_SURFACES
 from core.shaders import AddShader, Diffuse, Emission
@@ -369,13 +369,13 @@ def test_only_lamps_with_a_size_have_points_sampled(monkeypatch):
         SunLight((0, 0, 1), POWER, 0.1),
     )
     made = {}
-    make_table = rendering.make_table
+    make_table = preparation.make_table
 
     def spy(domain, settings, dimensions, pixels):
         made[domain] = dimensions
         return make_table(domain, settings, dimensions, pixels)
 
-    monkeypatch.setattr(rendering, "make_table", spy)
+    monkeypatch.setattr(preparation, "make_table", spy)
     for lights, dimensions in ((points, 0), *(((lamp,), 1) for lamp in sized), ((*points, sized[0]), 4)):
         lit = irradiance(lights, samples=4, seeds=4)
         assert lit.mean > 1

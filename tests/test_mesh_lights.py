@@ -152,7 +152,7 @@ def test_off_a_glossy_floor_both_ways_have_the_same_mean(roughness):
 def emitter_count(*instances: Instance) -> int:
     scene = Scene(camera_down(1.0), instances)
     packed = pack_scene(scene, 1)
-    packed.embree.close()
+    packed.structure.let_go()
     return len(find_mesh_lights(scene, packed.arrays.geometry, packed.programs).area)
 
 

@@ -24,6 +24,7 @@ from core import (
     SceneError,
     SettingsError,
     SunLight,
+    preparation,
     render,
     rendering,
 )
@@ -411,14 +412,14 @@ def test_one_sample_claims_no_error():
 
 def test_a_render_can_be_cancelled_while_its_kernels_load(monkeypatch):
     """Compiling takes seconds: asked to stop meanwhile, a first render comes back, and the next one is right."""
-    compiled = rendering.render_blocks
-    monkeypatch.setattr(rendering, "render_blocks", lambda *arguments: time.sleep(4))
+    compiled = preparation.render_blocks
+    monkeypatch.setattr(preparation, "render_blocks", lambda *arguments: time.sleep(4))
     start = time.perf_counter()
     film = render(still_life(), RenderSettings(samples=1), should_cancel=lambda: True)
     assert time.perf_counter() - start < 3
     assert film.cancelled
     assert film.finished_pixels == 0
-    monkeypatch.setattr(rendering, "render_blocks", compiled)
+    monkeypatch.setattr(preparation, "render_blocks", compiled)
     assert not render(still_life(), RenderSettings(samples=1)).cancelled
 
 

@@ -95,10 +95,10 @@ def surfaces_of(scene: Scene, origins: np.ndarray, directions: np.ndarray) -> tu
     put(batch, THROUGHPUT, np.ones((RAYS, 3)))
     put(batch, MASK, np.full(RAYS, VISIBLE_TO_CAMERA), bits=True)
     registers = fill_constants(packed.arrays, packed.programs)
-    intersect_incoherent(batch, packed.embree.traversal, PACKETS)
+    intersect_incoherent(batch, packed.traversal, PACKETS)
     find_surfaces(batch, packed.arrays, PACKETS)
     run_programs(batch._replace(registers=registers), packed.arrays, PACKETS)
-    packed.embree.close()
+    packed.structure.let_go()
     return batch, packed.center
 
 

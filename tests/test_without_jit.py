@@ -53,7 +53,7 @@ from core.batch import (
 )
 from core.camera import aim_through_lens, pack_camera, start_rays
 from core.direct_light import Clamp, add_light, reflect_diffusely
-from core.domains import hash32, look_up_points, make_table, set_of_pixel
+from core.domains import Run, hash32, look_up_points, make_table, set_of_pixel
 from core.film import add_samples, develop, new_tile_sums
 from core.filters import offset_table
 from core.lights import narrow_to_cone, pack_lights, sample_light
@@ -69,6 +69,7 @@ from tests.test_integrator import everything
 SAMPLES, BLOCKS = 5, np.array([(8, 4)], np.int64)
 COUNT = 16 * SAMPLES
 SETTINGS = RenderSettings(samples=SAMPLES, sampler="random", pixel_filter="blackman_harris")
+RUN = Run(0, SETTINGS.sample_count)
 POWER = (10.0, 20.0, 30.0)
 LIGHTS = (
     AreaLight((0, 0, 2), (1, 0, 0), (0, 1, 0), POWER),
@@ -91,7 +92,7 @@ def domains() -> np.ndarray:
     sets = [set_of_pixel(table, x, y, d) for x in range(3) for y in range(3) for d in range(3)]
     hashes = [hash32(a, b, c) for a in (0, 1, 2**31, 2**32 - 1) for b in (0, 77) for c in (5, 2**32 - 1)]
     batch = new_batch(SAMPLES)
-    look_up_points(batch, POINT, table, 2, BLOCKS, 0, COUNT)
+    look_up_points(batch, POINT, table, 2, BLOCKS, RUN, 0, COUNT)
     return np.concatenate([sets, hashes, lanes(batch, POINT, 2).ravel()])
 
 
@@ -125,7 +126,7 @@ def textures() -> np.ndarray:
     packed = pack_scene(Scene(camera(), (Instance(mesh, materials=materials),)), 1)
     places, images = rng.uniform(-2, 2, (6, 2)).astype(np.float32), packed.arrays.materials.textures
     colors = [image_color(images, k, x, y) for k in range(len(looks)) for x, y in places]
-    packed.embree.close()
+    packed.structure.let_go()
     return np.array(colors)
 
 
@@ -136,9 +137,9 @@ def camera() -> Camera:
 def camera_rays() -> np.ndarray:
     packed = pack_camera(camera(), np.zeros(3), offset_table(SETTINGS))
     batch = new_batch(SAMPLES)
-    look_up_points(batch, POINT, make_table("pixel", SETTINGS, 1, 16), 0, BLOCKS, 0, COUNT)
+    look_up_points(batch, POINT, make_table("pixel", SETTINGS, 1, 16), 0, BLOCKS, RUN, 0, COUNT)
     start_rays(batch, packed, BLOCKS, 0, SAMPLES, COUNT)
-    look_up_points(batch, POINT, make_table("lens", SETTINGS, 1, 16), 0, BLOCKS, 0, COUNT)
+    look_up_points(batch, POINT, make_table("lens", SETTINGS, 1, 16), 0, BLOCKS, RUN, 0, COUNT)
     aim_through_lens(batch, packed, SAMPLES)
     return np.concatenate([lanes(batch, ORIGIN, 3), lanes(batch, DIRECTION, 3)], axis=1)
 

@@ -1,0 +1,70 @@
+"""Where compiled kernels are kept: a folder that cannot go stale. Nothing here loads the compiler.
+
+numba decides from a function's own file whether its cached machine code is still good, so an edit to a helper in
+another file would go unseen. The folder is therefore named after the contents of all files of this folder; the folders
+below it hold no kernels (a test sees to that).
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+
+@functools.cache
+def cache_folder() -> Path:
+    """The folder of compiled kernels: below `ROOKS_CACHE_DIR` or the user's cache folder, else a temporary one."""
+    digest = hashlib.blake2b(digest_size=8)
+    for source in _sources():
+        digest.update(source.read_bytes())
+    chosen = os.environ.get("ROOKS_CACHE_DIR")
+    folder = (Path(chosen) if chosen else Path("~/.cache/rooks").expanduser()) / digest.hexdigest()
+    if _can_write(folder):
+        return folder
+    # A new folder of this process's own: what lies in a shared one could be somebody else's code.
+    return Path(tempfile.mkdtemp(prefix="rooks-cache-"))
+
+
+def are_compiled() -> bool:
+    """Whether all kernels have been compiled from the sources as they are, where they are, for this Python."""
+    return _stamp().exists()
+
+
+def note_compiled() -> None:
+    """Note that all kernels are there."""
+    _stamp().touch()
+
+
+def _stamp() -> Path:
+    # What numba asks for, beside the contents: a reinstalled Rooks is compiled anew.
+    facts = [sys.implementation.cache_tag, *((str(source), source.stat().st_mtime_ns) for source in _sources())]
+    return cache_folder() / f"complete-{hashlib.blake2b(repr(facts).encode(), digest_size=8).hexdigest()}"
+
+
+def share_compiled() -> float:
+    """How many of the kernels are there, by this process or another, in 0 … 1."""
+    compiled = sum(1 for _ in cache_folder().rglob("*.nbi"))
+    return min(compiled / _kernel_count(), 1.0)
+
+
+@functools.cache
+def _kernel_count() -> int:
+    return sum(len(re.findall(r"^@kernel$", source.read_text("utf-8"), re.MULTILINE)) for source in _sources())
+
+
+def _sources() -> list[Path]:
+    return sorted(Path(__file__).parent.glob("*.py"))
+
+
+def _can_write(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False

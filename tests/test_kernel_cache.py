@@ -1,0 +1,103 @@
+"""Compiled kernels: where they are kept, when they are stale, and how much of them there is."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+
+from core import Instance, Material, PointLight, RenderSettings, Scene, compiling
+from core.preparation import prepare
+from core.shaders import Glass
+from core.values import EnvironmentTexture
+from tests.scenes import box, camera_down, emitter, floor, translation
+from tests.test_rendering import still_life
+
+BOX, GLASS = box(), Material("glass", Glass((1.0, 1.0, 1.0)))
+FORTRAN = Instance(BOX, np.asfortranarray(translation(1, 2, 3)))
+ROOT = Path(__file__).parent.parent
+ASK = "from core import kernel_cache as k; print(k.cache_folder().name, k.are_compiled(), k.share_compiled())"
+
+
+@pytest.fixture
+def copy(tmp_path) -> Path:
+    """A copy of the core to change."""
+    shutil.copytree(ROOT / "core", tmp_path / "core", ignore=shutil.ignore_patterns("__pycache__", "lab"))
+    return tmp_path
+
+
+def ask(copy: Path, code: str = ASK) -> list[str]:
+    environment = os.environ | {"ROOKS_CACHE_DIR": str(copy / "cache")}
+    return subprocess.run(
+        [sys.executable, "-c", code], cwd=copy, env=environment, capture_output=True, text=True, check=True
+    ).stdout.split()
+
+
+def test_a_changed_source_means_other_kernels(copy):
+    before = ask(copy)
+    with (copy / "core" / "warps.py").open("a") as source:
+        source.write("# changed\n")
+    assert before[1:] == ["False", "0.0"]
+    assert ask(copy)[0] != before[0]
+
+
+def test_kernels_count_as_compiled_when_all_are(copy):
+    folder = copy / "cache" / ask(copy)[0]
+    for number in range(1000):
+        (folder / f"kernel-{number}.nbi").touch()
+    assert ask(copy)[1:] == ["False", "1.0"]
+    ask(copy, "from core import kernel_cache; kernel_cache.note_compiled()")
+    assert ask(copy)[1:] == ["True", "1.0"]
+
+
+def test_sources_that_were_copied_again_are_compiled_again(copy):
+    """Numba goes by the time of the file as well."""
+    ask(copy, "from core import kernel_cache; kernel_cache.note_compiled()")
+    os.utime(copy / "core" / "warps.py", (1, 1))
+    assert ask(copy)[1] == "False"
+
+
+def test_asking_does_not_load_the_compiler(copy):
+    assert ask(copy, f"{ASK}; import sys; print('numba' in sys.modules)")[-1] == "False"
+
+
+def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one(copy):
+    (copy / "cache").write_text("a file")
+    assert ask(copy)[0].startswith("rooks-cache-")
+
+
+SCENES = {
+    "empty": Scene(camera_down(1)),
+    "still life": still_life(),
+    "one emitter": Scene(camera_down(1), (Instance(floor(), materials=(emitter(),)),)),
+    "one triangle": compiling.smallest_scene(),
+    "lamps": Scene(camera_down(1), (), tuple(PointLight((i, 0, 1), (1.0,) * 3) for i in range(20))),
+    "world": Scene(camera_down(1), world=EnvironmentTexture(np.ones((2, 4, 3), np.uint8))),
+    "blender's order": Scene(replace(camera_down(1), matrix=np.asfortranarray(np.eye(4))), (FORTRAN,)),
+    "instances": Scene(camera_down(1), (Instance(BOX), Instance(BOX, translation(1, 2, 3), (GLASS,)))),
+}
+
+
+def types_of(data: object) -> object:
+    """What numba compiles for: a tuple of a tuple of types."""
+    if isinstance(data, tuple):
+        return type(data), *map(types_of, data)
+    return str(numba.typeof(data))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_kernels_are_compiled_once_for_all_scenes(name):
+    """Numba compiles anew for every layout of an array and every kind of number."""
+    prepared = prepare(SCENES[name], RenderSettings(samples=2, max_bounces=1))
+    expected = prepare(compiling.smallest_scene(), RenderSettings(samples=1))
+    for of in (lambda p: p.frame, lambda p: p.workspace()):
+        assert types_of(of(prepared)) == types_of(of(expected))
+    prepared.let_go()
+    expected.let_go()
