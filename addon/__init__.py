@@ -24,12 +24,14 @@ def register() -> None:
         return
     import bpy
 
-    from . import compare_operators, engine, properties, ui
+    from . import compare_operators, engine, handlers, presets, properties, ui
 
     properties.register()
     bpy.utils.register_class(engine.RooksRenderEngine)
     compare_operators.register()
+    presets.register()
     ui.register()
+    handlers.register()
     _command = bpy.utils.register_cli_command("rooks", _run_command)
     _registered = True
     # Blender as a Python module crashes or hangs at exit while an engine in Python is registered.
@@ -45,10 +47,12 @@ def unregister() -> None:
     atexit.unregister(unregister)
     import bpy
 
-    from . import compare_operators, engine, properties, ui
+    from . import compare_operators, engine, handlers, presets, properties, ui
 
     bpy.utils.unregister_cli_command(_command)
+    handlers.unregister()
     ui.unregister()
+    presets.unregister()
     compare_operators.unregister()
     bpy.utils.unregister_class(engine.RooksRenderEngine)
     properties.unregister()

@@ -26,7 +26,7 @@ def export_camera(depsgraph: bpy.types.Depsgraph, resolution: tuple[int, int]) -
     if scene.camera is None:
         raise core.errors.SceneError(no_camera_text(scene))
     camera = scene.camera.evaluated_get(depsgraph)
-    _check(camera)
+    check_kind(camera)
     matrix = _without_scale(camera)
     aspect = scene.render.pixel_aspect_x, scene.render.pixel_aspect_y
     return core.scene.Camera(
@@ -36,8 +36,14 @@ def export_camera(depsgraph: bpy.types.Depsgraph, resolution: tuple[int, int]) -
         orthographic=camera.data.type == "ORTHO",
         clip_start=camera.data.clip_start,
         clip_end=camera.data.clip_end,
-        **_lens(camera.data, matrix, depsgraph),
+        **export_lens(camera.data, matrix, depsgraph),
     )
+
+
+def frame_resolution(render: bpy.types.RenderSettings) -> tuple[int, int]:
+    """The full frame in pixels, percentage applied and rounded as Blender does."""
+    percent = render.resolution_percentage
+    return max(render.resolution_x * percent // 100, 1), max(render.resolution_y * percent // 100, 1)
 
 
 def no_camera_text(scene: bpy.types.Scene) -> str:
@@ -59,7 +65,7 @@ def view_window(camera: bpy.types.Camera, resolution: tuple[int, int], pixel_asp
     return center_x - size_x / 2, center_x + size_x / 2, center_y - size_y / 2, center_y + size_y / 2
 
 
-def _check(camera: bpy.types.Object) -> None:
+def check_kind(camera: bpy.types.Object) -> None:
     if camera.type != "CAMERA":
         raise core.errors.SceneError(
             f'the scene looks through "{camera.name}", which is not a camera: make a camera object the active camera'
@@ -81,7 +87,7 @@ def _without_scale(camera: bpy.types.Object) -> np.ndarray:
     return matrix
 
 
-def _lens(camera: bpy.types.Camera, matrix: np.ndarray, depsgraph: bpy.types.Depsgraph) -> dict:
+def export_lens(camera: bpy.types.Camera, matrix: np.ndarray, depsgraph: bpy.types.Depsgraph) -> dict:
     """The fields of the thin lens; none of them for a camera without depth of field."""
     dof = camera.dof
     if not dof.use_dof:

@@ -152,7 +152,7 @@ def _add_scene_options(parser: argparse.ArgumentParser, seed: str, size: str) ->
     parser.add_argument(
         "--frame", type=kinds.integer(-MAX_FRAME, MAX_FRAME), metavar="N", help="the frame of the animation"
     )
-    parser.add_argument("--seed", type=kinds.integer(0, 2**31 - 1), metavar="N", help=seed)
+    parser.add_argument("--seed", type=kinds.integer(0, core.limits.MAX_SEED), metavar="N", help=seed)
     for name, text in BOUNCES.items():
         parser.add_argument(f"--{name}-bounces", type=kinds.integer(0, core.limits.MAX_BOUNCES), metavar="N", help=text)
     parser.add_argument(

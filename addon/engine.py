@@ -7,14 +7,17 @@ nothing had happened, so that all of them end in an error report.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
-import traceback
+import weakref
 
 import bpy
 
 from . import kernels, watch
 from ._core import core
+from .failures import failure_text
+from .progress import Progress, finished_lines
 from .settings import render_settings
 
 ENGINE_ID = "ROOKS"
@@ -30,14 +33,36 @@ PASSES = (
 )
 
 
+#: What the Performance panel says of the last render that was finished, a line each.
+last_render: list[str] = []
+
+
 class RooksRenderEngine(bpy.types.RenderEngine):
     """Rooks: sampling techniques from the textbooks, on Embree."""
 
     bl_idname = ENGINE_ID
     bl_label = "Rooks"
-    bl_use_preview = False
+    bl_use_preview = True
     bl_use_shading_nodes_custom = False
     bl_use_eevee_viewport = True
+
+    _viewport = None
+    _failure = ""
+
+    def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        try:
+            from .viewport import Viewport
+        except ImportError as error:
+            self._failure = failure_text(error)
+            return
+        if self._viewport is None:
+            myself = weakref.ref(self)
+            self._viewport = Viewport(lambda: _redraw(myself))
+            weakref.finalize(self, self._viewport.close)
+        self._viewport.update(context, depsgraph)
+
+    def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        self.update_stats("", self._viewport.draw(context, depsgraph) if self._viewport else self._failure)
 
     def update_render_passes(self, scene: bpy.types.Scene = None, renderlayer: bpy.types.ViewLayer = None) -> None:
         self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
@@ -48,62 +73,60 @@ class RooksRenderEngine(bpy.types.RenderEngine):
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         try:
             self._render(depsgraph)
-        except core.errors.RooksError as error:
-            self._fail(str(error))
         except KeyboardInterrupt:
             watch.worn().interrupted = True
             self._fail("interrupted")
         except Exception as error:
-            traceback.print_exc(file=watch.worn().err)
-            self._fail(f"internal error: {type(error).__name__}: {error}".splitlines()[0])
+            self._fail(failure_text(error, watch.worn().err))
 
     def _render(self, depsgraph: bpy.types.Depsgraph) -> None:
         self.update_stats("", "Reading the scene")
         # Here, because Blender's start has no need of it.
+        from .camera import export_camera
         from .export import export_scene
 
         worn = watch.worn()
         resolution = self.resolution_x, self.resolution_y
         settings = render_settings(depsgraph.scene_eval, resolution)
-        scene, warnings = export_scene(depsgraph, resolution)
-        for warning in warnings:
-            self.report({"WARNING"}, warning)
-        worn.warnings += warnings
+        scene, warnings = export_scene(depsgraph, export_camera(depsgraph, resolution))
+        self._warn(warnings)
         if not worn.on_scene(scene, settings):
             return
 
         left, bottom = settings.border[:2] if settings.border else (0, 0)
         layer = depsgraph.view_layer_eval.name
         self.update_stats("", "Loading the renderer")
-        kernels.choose_cache_folder()
-        preparing = "Preparing the scene" if kernels.are_compiled() else "Compiling kernels (first render only)"
-        self.update_stats("", preparing)
+        if not kernels.wait_for_kernels(self._tell_compiling, self.test_break):
+            return
+        self.update_stats("", "Preparing the scene")
 
-        tiles, told = "", -math.inf
+        progress, told = Progress(settings), -math.inf
 
         def on_tile(tile: core.Tile) -> None:
-            nonlocal tiles
             self._show(tile, tile.x - left, tile.y - bottom, layer)
             self.update_progress(tile.done / tile.total)
-            tiles = f", {tile.done} of {tile.total} tiles"
+            progress.add(tile)
             worn.on_progress(tile.done, tile.total)
 
         def should_cancel() -> bool:
             nonlocal told
             # The clock in Blender's status line moves with its text only.
-            if tiles and time.monotonic() > told + STATUS_EVERY:
+            if time.monotonic() > told + STATUS_EVERY:
                 told = time.monotonic()
-                self.update_stats("", _intention(settings) + tiles)
+                self.update_stats("", progress.text)
             return self.test_break()
 
         film = core.render(scene, settings, on_tile, should_cancel)
-        speed = "stopped" if film.cancelled else f"{film.samples_per_second / 1e6:.1f} million samples/s"
-        self.update_stats("", f"{_intention(settings)}, {speed}")
-        for lost in _losses(film):
-            self.report({"WARNING"}, lost)
-            worn.warnings.append(lost)
+        self.update_stats("", progress.finished(film))
+        self._warn(_losses(film))
+        if not self.is_preview:
+            last_render[:] = finished_lines(film)
         worn.films.append(film)
         worn.settings.append(settings)
+
+    def _tell_compiling(self, share: float) -> None:
+        self.update_stats("", kernels.progress_text(share))
+        self.update_progress(share)
 
     def _show(self, tile: core.Tile, x: int, y: int, layer: str) -> None:
         """Put a tile into Blender's picture; x and y count from the lower left corner of the render region."""
@@ -114,24 +137,24 @@ class RooksRenderEngine(bpy.types.RenderEngine):
                 render_pass.rect.foreach_set(pixels.reshape(-1))
         self.end_result(result)
 
+    def _warn(self, warnings: list[str]) -> None:
+        watch.worn().warnings += warnings
+        for warning in () if self.is_preview else warnings:
+            self.report({"WARNING"}, warning)
+
     def _fail(self, text: str) -> None:
-        self.report({"ERROR"}, text)
         watch.worn().error = text
+        if self.is_preview:  # which Blender makes all by itself, and shows without a word
+            self.update_stats("", text)
+        else:
+            self.report({"ERROR"}, text)
 
 
-def sampler_text(settings: core.settings.RenderSettings) -> str:
-    """The samplers by their names: one, or one for each domain."""
-    labels = {domain: core.samplers.SAMPLERS[name].label for domain, name in settings.samplers.items()}
-    if len(set(labels.values())) == 1:
-        return labels["pixel"]
-    return ", ".join(f"{label} ({domain})" for domain, label in labels.items())
-
-
-def sample_text(settings: core.settings.RenderSettings) -> str:
-    """The samples per pixel that are taken, and those asked for where they differ."""
-    taken = settings.sample_count
-    asked = "" if taken == settings.samples else f" ({settings.samples} asked for)"
-    return f"{taken} sample{'s' * (taken != 1)} per pixel{asked}"
+def _redraw(engine: weakref.ref[RooksRenderEngine]) -> None:
+    """Ask for a redraw of the view that an engine draws, from any thread."""
+    with contextlib.suppress(ReferenceError):  # Blender has freed it
+        if engine() is not None:
+            engine().tag_redraw()
 
 
 def _losses(film: core.Film) -> list[str]:
@@ -144,7 +167,3 @@ def _losses(film: core.Film) -> list[str]:
             f"{film.negative_pixels} pixels were negative, by lamps or emission below 0, and are black instead"
         )
     return losses
-
-
-def _intention(settings: core.settings.RenderSettings) -> str:
-    return f"{sampler_text(settings)}, {sample_text(settings)}"

@@ -7,17 +7,17 @@ copied at once.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
 import numpy as np
 
 from ._core import core
-from .camera import export_camera
-from .images import Images
-from .lights import export_light, surface_visibility
+from .kept import Kept, KeptMesh
+from .lights import export_light, linking_problems, surface_visibility
 from .materials import ExportedMaterial, MaterialExporter
-from .meshes import Needs, add_needed, export_mesh, warnings_of
+from .meshes import add_needed, export_mesh, warnings_of
 from .world import export_world
 
 #: Kinds of object that Blender renders and that are not turned into meshes.
@@ -31,28 +31,37 @@ NOT_MODELLED = {
 
 
 def export_scene(
-    depsgraph: bpy.types.Depsgraph, resolution: tuple[int, int] | None = None
+    depsgraph: bpy.types.Depsgraph,
+    camera: core.scene.Camera,
+    kept: Kept | None = None,
+    is_shown: Callable[[bpy.types.Object], bool] = lambda _: True,
 ) -> tuple[core.scene.Scene, list[str]]:
     """The scene of a depsgraph, and warnings, one line each, about what is not shown as Blender would.
 
-    `resolution` is the full frame's in pixels, if it is not the scene's own.
+    `kept` has what an earlier export can lend, and keeps what this one can. `is_shown` says of each object that stands
+    in the scene by itself whether it is to be seen.
 
     Raises:
         SceneError: something cannot be rendered; the text names it.
     """
-    camera = export_camera(depsgraph, resolution or frame_resolution(depsgraph.scene_eval.render))
-    images = Images()
-    world, warnings = export_world(depsgraph, images)
-    walk = _Walk(depsgraph, images)
+    kept = Kept(depsgraph.scene_eval.frame_current) if kept is None else kept
+    world, warnings = export_world(depsgraph, kept.images)
+    walk = _Walk(depsgraph, kept, is_shown)
     walk.run()
     scene = core.scene.Scene(camera, walk.instances(), tuple(walk.lights), world)
-    return scene, list(dict.fromkeys([*warnings, *walk.warnings, *walk.materials.warnings]))
+    return scene, list(dict.fromkeys([*left_out(depsgraph), *warnings, *walk.warnings, *walk.materials.warnings]))
 
 
-def frame_resolution(render: bpy.types.RenderSettings) -> tuple[int, int]:
-    """The full frame in pixels, percentage applied and rounded as Blender does."""
-    percent = render.resolution_percentage
-    return max(render.resolution_x * percent // 100, 1), max(render.resolution_y * percent // 100, 1)
+def left_out(depsgraph: bpy.types.Depsgraph) -> list[str]:
+    """Warnings about what the scene or the view layer asks for and Rooks does not do."""
+    render, layer = depsgraph.scene_eval.render, depsgraph.view_layer_eval
+    wishes = {
+        "motion blur": render.use_motion_blur,
+        "Freestyle lines": render.use_freestyle,
+        "stereoscopy": render.use_multiview,
+        "view layers without sky, surfaces or hair": not (layer.use_sky and layer.use_solid and layer.use_strand),
+    }
+    return [f"Rooks leaves out {wish}" for wish, is_wanted in wishes.items() if is_wanted]
 
 
 @dataclass(frozen=True)
@@ -68,13 +77,16 @@ class _Kind:
 class _Walk:
     """One pass over a depsgraph's instances."""
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph, images: Images) -> None:
+    def __init__(
+        self, depsgraph: bpy.types.Depsgraph, kept: Kept, is_shown: Callable[[bpy.types.Object], bool]
+    ) -> None:
         self.lights: list[core.scene.Light] = []
         self.warnings: list[str] = []
-        self.materials = MaterialExporter(images)
+        self.materials = MaterialExporter(kept.images)
         self._depsgraph = depsgraph
-        self._meshes: dict[int, core.scene.Mesh | None] = {}
-        self._needs: dict[int, Needs] = {}
+        self._is_shown = is_shown
+        self._kept = kept
+        self._met: set[int] = set()
         self._kinds: dict[tuple[int, int], _Kind | None] = {}
         self._parents: dict[int, int] = {}
         # One entry for each appearance of a mesh. Instances are made in the end, when meshes are whole.
@@ -83,7 +95,7 @@ class _Walk:
 
     def run(self) -> None:
         for instance in self._depsgraph.object_instances:
-            if not instance.show_self:
+            if not instance.show_self or not (instance.is_instance or self._is_shown(instance.object.original)):
                 continue
             kind = instance.object.type
             if kind == "MESH":
@@ -92,6 +104,7 @@ class _Walk:
                 self._light(instance)
             elif kind in NOT_MODELLED:
                 self.warnings.append(f'object "{instance.object.name}" is {NOT_MODELLED[kind]}: Rooks leaves it out')
+        self._kept.meshes = {key: mesh for key, mesh in self._kept.meshes.items() if key in self._met}
 
     def instances(self) -> tuple[core.scene.Instance, ...]:
         matrices = np.array(self._matrices, dtype=np.float64).reshape(-1, 4, 4)
@@ -99,7 +112,7 @@ class _Walk:
             name = self._placed[index][0].name
             raise core.errors.SceneError(f'object "{name}" is nowhere (its position is NaN or infinite): move it')
         return tuple(
-            core.scene.Instance(self._meshes[kind.mesh_key], matrix, kind.materials, visibility, kind.name)
+            core.scene.Instance(self._kept.meshes[kind.mesh_key].mesh, matrix, kind.materials, visibility, kind.name)
             for (kind, visibility), matrix in zip(self._placed, matrices, strict=True)
         )
 
@@ -114,7 +127,7 @@ class _Walk:
         source, parent = instance.instance_object or instance.object, instance.parent
         key = (instance.object.data.as_pointer(), source.as_pointer())
         if key not in self._kinds:
-            self._kinds[key] = self._kind(instance.object, source)
+            self._kinds[key] = self._kind(instance.object, source, not instance.is_instance)
         kind = self._kinds[key]
         if kind is None:
             return
@@ -125,7 +138,7 @@ class _Walk:
             for row in instance.matrix_world:
                 self._matrices.extend(row)
 
-    def _kind(self, obj: bpy.types.Object, source: bpy.types.Object) -> _Kind | None:
+    def _kind(self, obj: bpy.types.Object, source: bpy.types.Object, is_own: bool) -> _Kind | None:
         """Read an object on its first appearance; None where there is nothing to show."""
         visibility = self._visibility(obj)
         if visibility == 0:
@@ -133,15 +146,19 @@ class _Walk:
         mesh_key = obj.data.as_pointer()
         # In Edit Mode the data block has no arrays yet.
         mesh = obj.to_mesh() if obj.data.is_editmode else obj.data
-        if mesh_key not in self._meshes:
-            self._meshes[mesh_key] = export_mesh(mesh, obj.name)
-        if self._meshes[mesh_key] is None:
+        if mesh_key not in self._kept.meshes:
+            self._kept.meshes[mesh_key] = KeptMesh(export_mesh(mesh, obj.name), is_own=is_own)
+        self._met.add(mesh_key)
+        if self._kept.meshes[mesh_key].mesh is None:
             # A mesh that only carries instances or particles is empty on purpose.
             if not _is_carrier(obj):
                 self.warnings.append(f'object "{obj.name}" has no faces: there is nothing to render')
             return None
-        if obj.is_holdout or obj.is_shadow_catcher:
+        if obj.original.holdout_get(view_layer=self._depsgraph.view_layer) or obj.is_shadow_catcher:
             self.warnings.append(f'object "{obj.name}": Rooks renders holdouts and shadow catchers as usual surfaces')
+        self.warnings += [f'object "{obj.name}": {problem}' for problem in linking_problems(obj)]
+        if any(_is_hair(system.settings) for system in obj.particle_systems):
+            self.warnings.append(f'object "{obj.name}": Rooks leaves out its hair')
         slots = self._slots(obj, obj.data, source)
         self._add_needed(mesh_key, mesh, slots)
         return _Kind(mesh_key, tuple(slot.material for slot in slots), visibility, obj.name)
@@ -158,22 +175,20 @@ class _Walk:
         else:
             slots = list(mesh.materials) or [slot.material for slot in source.material_slots]
         exported = [self.materials.export(material) for material in slots or [None]]
-        used = self._meshes[mesh.as_pointer()].material_slots
+        used = self._kept.meshes[mesh.as_pointer()].mesh.material_slots
         # Blender gives faces beyond the last slot the last slot's material.
         missing = 0 if used is None else int(used.max()) + 1 - len(exported)
         return tuple(exported + [exported[-1]] * missing)
 
     def _add_needed(self, mesh_key: int, mesh: bpy.types.Mesh, slots: tuple[ExportedMaterial, ...]) -> None:
         """Read what these materials look up on a mesh, of which others may have asked for less."""
-        before = self._needs.get(mesh_key, Needs())
-        needs = before
+        kept = self._kept.meshes[mesh_key]
+        needs = kept.needs
         for slot in slots:
             needs |= slot.needs
-        if needs == before:
-            return
-        self._needs[mesh_key] = needs
-        self._meshes[mesh_key] = add_needed(self._meshes[mesh_key], mesh, needs)
-        self.warnings += warnings_of(mesh, needs)
+        if needs != kept.needs:
+            kept.mesh, kept.needs = add_needed(kept.mesh, mesh, needs), needs
+            self.warnings += warnings_of(mesh, needs)
 
     def _parent_visibility(self, parent: bpy.types.Object | None) -> int:
         """What an instancer's own visibility leaves of that of its instances."""
@@ -197,6 +212,10 @@ def _ray_visibility(obj: bpy.types.Object) -> int:
         | surface_visibility(obj)
         | (core.scene.VISIBLE_TO_SHADOWS if obj.visible_shadow else 0)
     )
+
+
+def _is_hair(settings: bpy.types.ParticleSettings) -> bool:
+    return settings.type == "HAIR" and settings.render_type == "PATH"
 
 
 def _is_carrier(obj: bpy.types.Object) -> bool:

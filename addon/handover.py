@@ -16,9 +16,8 @@ import bpy
 from . import kernels
 from ._core import core
 from .blend_files import keep_first_layer
-from .camera import no_camera_text
+from .camera import frame_resolution, no_camera_text
 from .engine import ENGINE_ID
-from .export import frame_resolution
 from .watch import Watch, watched_render
 
 

@@ -90,7 +90,7 @@ def _render(scene, blend: Path, console: Console) -> Watch:
 
 
 def _summary(blend: Path, film: core.Film, settings: core.settings.RenderSettings) -> str:
-    from .engine import sample_text, sampler_text
+    from .progress import sample_text, sampler_text
 
     return (
         f"{blend.name}: {sampler_text(settings)}, {sample_text(settings)}, {film.width} × {film.height} pixels, "

@@ -1,12 +1,40 @@
-"""Where Blender keeps Rooks' caches, and whether kernels still have to be compiled."""
+"""Compiled kernels: where Blender keeps them, and their compilation before the first render.
+
+They are compiled by a process of its own, which Blender does not have to wait for, and which can be stopped. It starts
+when Rooks is chosen as the render engine, or else with the first render.
+"""
 
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
 
 import bpy
 
 from ._core import core
+
+#: How often is asked for news, in seconds.
+POLL = 0.05
+
+#: Imports the core under the name that it has here, by which numba finds what it has compiled.
+_SCRIPT = """
+import importlib, os, sys, types
+core, folder = sys.argv[1:]
+parents = core.split(".")[:-1]
+for count in range(1, len(parents) + 1):
+    package = sys.modules[".".join(parents[:count])] = types.ModuleType(".".join(parents[:count]))
+    package.__path__ = [folder]
+hasattr(os, "nice") and os.nice(5)
+importlib.import_module(core + ".compiling").compile_kernels()
+"""
+
+_process: subprocess.Popen | None = None
+_lock = threading.Lock()
 
 
 def choose_cache_folder() -> None:
@@ -32,7 +60,52 @@ def _choose_folder(variable: str, name: str) -> None:
         os.environ.setdefault(variable, folder)
 
 
-def are_compiled() -> bool:
-    """Whether compiled kernels of this version are on disk. Loads the renderer."""
-    _ = core.render  # which loads `core.jit` as well
-    return any(core.jit.cache_folder().rglob("*.nbi"))
+def start_compiling() -> None:
+    """Start to compile the kernels in the background, if that is needed and not being done."""
+    global _process
+    choose_cache_folder()
+    with _lock:
+        if _process is None and not core.kernel_cache.are_compiled() and Path(sys.executable or "").is_file():
+            _process = _start()
+
+
+def _start() -> subprocess.Popen:
+    folder = str(Path(core.__file__).parents[1])
+    return subprocess.Popen(
+        [sys.executable, "-c", _SCRIPT, core.__name__, folder],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([*filter(None, sys.path), folder])},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # Windows would open a console
+    )
+
+
+def wait_for_kernels(on_progress: Callable[[float], None], should_cancel: Callable[[], bool]) -> bool:
+    """Wait until the kernels are compiled; False where it was cancelled. The compilation goes on then.
+
+    Where it fails, the render compiles them itself, and says what is wrong if that fails too.
+    """
+    start_compiling()
+    process = _process
+    while process is not None and process.poll() is None:
+        on_progress(core.kernel_cache.share_compiled())
+        if should_cancel():
+            return False
+        time.sleep(POLL)
+    return not should_cancel()
+
+
+def progress_text(share: float) -> str:
+    """What to tell the user meanwhile."""
+    return f"Compiling kernels, first render only: {share:.0%}"
+
+
+def stop_compiling() -> None:
+    """End the compilation; what is compiled is kept."""
+    global _process
+    with _lock:
+        if _process is not None:
+            _process.kill()
+            _process.wait()
+            _process = None

@@ -96,6 +96,16 @@ class RooksSceneSettings(bpy.types.PropertyGroup):
         default=16,
         update=_tag_update,
     )
+    preview_samples: IntProperty(
+        name="Viewport Samples",
+        description="Samples per pixel in the rendered viewport, which takes them one after the other. At the same "
+        "count as for renders it ends with the same picture",
+        min=1,
+        max=core.limits.MAX_SAMPLES,
+        soft_max=4096,
+        default=16,
+        update=_tag_update,
+    )
     sampler: _sampler("Sampler", "The technique that places the samples of every domain")
     use_separate_samplers: BoolProperty(
         name="Separate Samplers",
@@ -116,8 +126,25 @@ class RooksSceneSettings(bpy.types.PropertyGroup):
         default=0,
         update=_tag_update,
     )
+    use_animated_seed: BoolProperty(
+        name="Animate Seed",
+        description="Give each frame of an animation a noise pattern of its own",
+        default=False,
+        update=_tag_update,
+    )
+    tile_size: IntProperty(
+        name="Tile Size",
+        description="The side of the squares in which a picture is rendered and shown. It changes nothing in the "
+        "picture: small tiles appear sooner, and keep all threads busy to the end",
+        min=4,
+        max=4096,
+        soft_min=16,
+        soft_max=512,
+        default=64,
+        subtype="PIXEL",
+    )
     max_bounces: _bounces(
-        "Max Bounces", "How often light may be reflected or let through on its way, in all. 0 is direct light only", 0
+        "Max Bounces", "How often light may be reflected or let through on its way, in all. 0 is direct light only", 12
     )
     diffuse_bounces: _bounces(
         "Diffuse Bounces", "How often light may be reflected diffusely, within the total of Max Bounces", 4

@@ -19,16 +19,30 @@ def render_settings(scene: bpy.types.Scene, resolution: tuple[int, int]) -> core
     Raises:
         SettingsError: a setting is out of its range.
     """
+    return _settings(scene, scene.rooks.samples, render_border(scene.render, resolution))
+
+
+def viewport_settings(scene: bpy.types.Scene) -> core.settings.RenderSettings:
+    """The settings of the rendered viewport.
+
+    Raises:
+        SettingsError: a setting is out of its range.
+    """
+    return _settings(scene, scene.rooks.preview_samples, None)
+
+
+def _settings(scene: bpy.types.Scene, samples: int, border: Border | None) -> core.settings.RenderSettings:
     rooks = scene.rooks
     return core.settings.RenderSettings(
-        samples=rooks.samples,
+        samples=samples,
         **sampling(rooks),
-        seed=rooks.seed,
+        seed=(rooks.seed + scene.frame_current * rooks.use_animated_seed) % (core.limits.MAX_SEED + 1),
         **{name: getattr(rooks, name) for name in LIGHT_PATHS},
         pixel_filter=rooks.pixel_filter.lower(),
         filter_width=scene.render.filter_size,
         film_transparent=scene.render.film_transparent,
-        border=render_border(scene.render, resolution),
+        border=border,
+        tile_size=rooks.tile_size,
         threads=scene.render.threads if scene.render.threads_mode == "FIXED" else 0,
     )
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import bpy
 
-from . import compare_operators, pattern_plot, versions
+from . import compare_operators, engine, pattern_plot, presets, versions
 from ._core import core
-from .engine import ENGINE_ID, sample_text
+from .engine import ENGINE_ID
+from .progress import sample_text
 from .settings import sampling
 
 #: The height of a pattern's plot, in rows of the interface.
@@ -18,28 +19,30 @@ VISIBLE_TYPES = {"MESH", "CURVE", "SURFACE", "META", "FONT", "LIGHT"}
 #: What the four marks of a good point set are called, in the order of `Criteria`.
 MARKS = ("Even in 2-D", "Even in 1-D", "Min Distance", "Irregular")
 
-#: Panels for "every engine" that show what Rooks does not do.
-EXCLUDED_PANELS = {
-    "DATA_PT_light",
+#: Panels for "every engine" that show what Rooks does not do, by how their names begin.
+EXCLUDED_PANELS = (
+    "DATA_PT_camera_stereoscopy",
     "DATA_PT_preview",
-    "DATA_PT_spot",
-    "MATERIAL_PT_freestyle_line",
+    "MATERIAL_PT_freestyle",
     "NODE_DATA_PT_light",
     "NODE_DATA_PT_spot",
     "RENDER_PT_freestyle",
-    "RENDER_PT_hydra_debug",
-    "RENDER_PT_simplify",
+    "RENDER_PT_gpencil",
+    "RENDER_PT_grease_pencil",
+    "RENDER_PT_hydra",
+    "RENDER_PT_output_views",
+    "RENDER_PT_simplify_grease",
     "RENDER_PT_stereoscopy",
     "VIEWLAYER_PT_filter",
     "VIEWLAYER_PT_freestyle",
-    "VIEWLAYER_PT_freestyle_lineset",
     "VIEWLAYER_PT_layer_passes",
-}
+)
+#: And one that is Workbench's: its lamps have a colour only.
+EXCLUDED_PANEL = "DATA_PT_light"
 
 #: Panels of other engines that fit. Some exist in some versions of Blender only.
 BORROWED_PANELS = (
     "DATA_PT_EEVEE_light",
-    "DATA_PT_EEVEE_spot",
     "DATA_PT_camera_dof",
     "DATA_PT_camera_dof_aperture",
     "EEVEE_MATERIAL_PT_context_material",
@@ -72,14 +75,21 @@ class ROOKS_RENDER_PT_sampling(_RooksPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         rooks = context.scene.rooks
         column = self.column()
-        column.prop(rooks, "samples")
+        counts = column.column(align=True)
+        counts.prop(rooks, "preview_samples", text="Viewport Samples")
+        counts.prop(rooks, "samples", text="Render Samples")
         row = column.row()
         row.active = not rooks.use_separate_samplers
         row.prop(rooks, "sampler")
         for line in sample_count_lines(rooks) or [sample_text(_sampling_settings(rooks))]:
             column.label(text=line, icon="INFO")
         column.separator()
-        column.prop(rooks, "seed")
+        row = column.row(align=True)
+        row.prop(rooks, "seed")
+        row.prop(rooks, "use_animated_seed", text="", icon="TIME")
+
+    def draw_header_preset(self, _context: bpy.types.Context) -> None:
+        presets.ROOKS_PT_presets.draw_panel_header(self.layout)
 
 
 class ROOKS_RENDER_PT_separate_samplers(_RooksPanel, bpy.types.Panel):
@@ -196,6 +206,9 @@ class ROOKS_RENDER_PT_performance(_RooksPanel, bpy.types.Panel):
         row = column.row()
         row.active = render.threads_mode == "FIXED"
         row.prop(render, "threads")
+        column.prop(context.scene.rooks, "tile_size")
+        for line in engine.last_render:
+            column.label(text=line, icon="INFO")
 
 
 class ROOKS_VIEWLAYER_PT_passes(_RooksPanel, bpy.types.Panel):
@@ -227,6 +240,19 @@ class ROOKS_OBJECT_PT_ray_visibility(_RooksPanel, bpy.types.Panel):
         column = self.column()
         for ray in rays:
             column.prop(context.object, f"visible_{ray}", text=ray.title())
+
+
+class ROOKS_LIGHT_PT_shadow(_RooksPanel, bpy.types.Panel):
+    bl_label = "Shadow"
+    bl_context = "data"
+    bl_parent_id = "DATA_PT_EEVEE_light"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.light is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.column().prop(context.light, "use_shadow", text="Cast Shadow")
 
 
 class ROOKS_MATERIAL_PT_surface(_RooksPanel, bpy.types.Panel):
@@ -283,6 +309,7 @@ CLASSES = (
     ROOKS_RENDER_PT_performance,
     ROOKS_VIEWLAYER_PT_passes,
     ROOKS_OBJECT_PT_ray_visibility,
+    ROOKS_LIGHT_PT_shadow,
     ROOKS_MATERIAL_PT_surface,
     ROOKS_MATERIAL_PT_settings,
     ROOKS_WORLD_PT_surface,
@@ -363,7 +390,9 @@ def _blender_panels() -> list[type]:
     general = [
         panel
         for panel in bpy.types.Panel.__subclasses__()
-        if "BLENDER_RENDER" in getattr(panel, "COMPAT_ENGINES", ()) and panel.__name__ not in EXCLUDED_PANELS
+        if "BLENDER_RENDER" in getattr(panel, "COMPAT_ENGINES", ())
+        and panel.__name__ != EXCLUDED_PANEL
+        and not panel.__name__.startswith(EXCLUDED_PANELS)
     ]
     borrowed = [getattr(bpy.types, name) for name in BORROWED_PANELS if hasattr(bpy.types, name)]
     return list(dict.fromkeys(general + borrowed))

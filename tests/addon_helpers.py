@@ -9,6 +9,7 @@ import numpy as np
 
 import addon
 from addon import versions
+from addon.camera import export_camera, frame_resolution
 from addon.export import export_scene
 
 addon.register()
@@ -84,7 +85,8 @@ def feed(socket: bpy.types.NodeSocket, kind: str, output: int | str = 0, **prope
 
 def export() -> tuple:
     """The core's scene of the current file, and the warnings."""
-    return export_scene(bpy.context.evaluated_depsgraph_get())
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return export_scene(depsgraph, export_camera(depsgraph, frame_resolution(depsgraph.scene_eval.render)))
 
 
 def exported(paint: bpy.types.Material) -> tuple:

@@ -9,7 +9,7 @@ bpy = pytest.importorskip("bpy")
 
 import addon.export  # noqa: E402
 import core  # noqa: E402
-from addon.settings import LIGHT_PATHS, render_border, render_settings  # noqa: E402
+from addon.settings import BOUNCES, render_border, render_settings  # noqa: E402
 from addon.ui import sample_count_lines  # noqa: E402
 from addon.watch import Watch, watching  # noqa: E402
 from core.samplers import SAMPLERS  # noqa: E402
@@ -168,9 +168,17 @@ def test_every_setting_arrives():
     assert render_settings(scene, (32, 24)).samplers == samplers
 
 
-def test_the_defaults_are_the_cores():
-    ours, theirs = render_settings(empty_scene(), (32, 24)), core.RenderSettings()
-    assert {name: getattr(ours, name) for name in LIGHT_PATHS} == {name: getattr(theirs, name) for name in LIGHT_PATHS}
+def test_the_defaults_are_those_of_cycles():
+    scene = empty_scene()
+    ours, cycles = render_settings(scene, (32, 24)), scene.cycles
+    assert {name: getattr(ours, name) for name in BOUNCES} == {
+        "max_bounces": cycles.max_bounces,
+        "diffuse_bounces": cycles.diffuse_bounces,
+        "glossy_bounces": cycles.glossy_bounces,
+        "transmission_bounces": cycles.transmission_bounces,
+        "transparent_bounces": cycles.transparent_max_bounces,
+    }
+    assert ours.clamp_indirect == 0, "it would be a bias"
 
 
 def test_the_menu_of_samplers_is_the_registry():

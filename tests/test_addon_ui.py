@@ -103,6 +103,33 @@ def test_panels_hide_where_there_is_nothing(panel):
     assert drawn_by(getattr(ui, f"ROOKS_{panel}")) is None
 
 
+def shown_panels() -> set[str]:
+    panels = bpy.types.Panel.__subclasses__()
+    return {panel.__name__ for panel in panels if "ROOKS" in getattr(panel, "COMPAT_ENGINES", ())}
+
+
+def test_blenders_panels_that_apply_are_there_and_those_that_do_nothing_are_not():
+    shown = shown_panels()
+    assert {"DATA_PT_EEVEE_light", "DATA_PT_spot", "DATA_PT_camera_dof", "RENDER_PT_simplify"} <= shown
+    assert "DATA_PT_light" not in shown
+    for word in ("freestyle", "gpencil", "grease", "stereo", "hydra"):
+        assert not {name for name in shown if word in name.lower()}
+
+
+def test_no_panel_is_there_without_the_one_that_it_is_part_of():
+    shown = shown_panels()
+    for name in shown:
+        parent = getattr(getattr(bpy.types, name, None), "bl_parent_id", "")
+        # Some panels show for all engines, and have no list of them.
+        assert not parent or parent in shown or not hasattr(getattr(bpy.types, parent), "COMPAT_ENGINES"), name
+
+
+def test_lamps_may_cast_no_shadow():
+    bulb = bpy.data.lights.new("Bulb", "POINT")
+    assert drawn_by(ui.ROOKS_LIGHT_PT_shadow, light=bulb) == ["use_shadow"]
+    assert drawn_by(ui.ROOKS_LIGHT_PT_shadow, light=None) is None
+
+
 def test_ray_visibility():
     surfaces = ["visible_diffuse", "visible_glossy", "visible_transmission"]
     panel = ui.ROOKS_OBJECT_PT_ray_visibility

@@ -12,6 +12,7 @@ bpy = pytest.importorskip("bpy")
 
 import addon  # noqa: E402
 import core  # noqa: E402
+from addon.camera import export_camera  # noqa: E402
 from addon.export import export_scene  # noqa: E402
 from addon.settings import render_settings  # noqa: E402
 
@@ -27,7 +28,8 @@ def test_every_pixel_is_a_number_that_is_not_negative(path):
     bpy.ops.wm.open_mainfile(filepath=str(path))
     render = bpy.context.scene.render
     resolution = (48, max(48 * render.resolution_y // render.resolution_x, 1))
-    scene, _ = export_scene(bpy.context.evaluated_depsgraph_get(), resolution)
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    scene, _ = export_scene(depsgraph, export_camera(depsgraph, resolution))
     settings = replace(render_settings(bpy.context.scene, resolution), samples=4)
     for seed in range(SEEDS):
         film = core.render(scene, replace(settings, seed=seed))

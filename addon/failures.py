@@ -1,0 +1,23 @@
+"""What the user is told when something goes wrong: one line that says what, and what to do."""
+
+from __future__ import annotations
+
+import traceback
+from typing import TextIO
+
+from ._core import core
+
+
+def failure_text(error: Exception, err: TextIO | None = None) -> str:
+    """The line for an exception. The traceback of a bug goes to `err`, by default to stderr."""
+    if isinstance(error, core.errors.RooksError):
+        return str(error)
+    if isinstance(error, ImportError):
+        return (
+            f"Rooks is not installed completely, or for another Python ({error}): remove it in the preferences, "
+            "restart Blender, and install the zip again"
+        )
+    if isinstance(error, MemoryError):
+        return "there is not enough memory for this scene and these settings"
+    traceback.print_exception(error, file=err)
+    return f"internal error: {type(error).__name__}: {error}".splitlines()[0]

@@ -1,0 +1,36 @@
+"""Each failure is one line that says what is wrong and what to do."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+
+pytest.importorskip("bpy")
+
+from addon.failures import failure_text
+from core import SceneError
+
+
+def test_what_is_wrong_with_a_scene_is_said_in_its_own_words():
+    assert failure_text(SceneError("no camera: add one")) == "no camera: add one"
+
+
+def test_a_part_that_cannot_be_loaded_is_named():
+    err = io.StringIO()
+    text = failure_text(ModuleNotFoundError("No module named 'numba'"), err)
+    assert "No module named 'numba'" in text
+    assert "install the zip again" in text
+    assert not err.getvalue()
+
+
+def test_too_little_memory_is_said():
+    assert "not enough memory" in failure_text(MemoryError())
+
+
+def test_a_bug_leaves_its_traceback():
+    err = io.StringIO()
+    with pytest.raises(ZeroDivisionError) as caught:
+        _ = 1 / 0
+    assert failure_text(caught.value, err) == "internal error: ZeroDivisionError: division by zero"
+    assert "Traceback" in err.getvalue()
