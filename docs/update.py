@@ -36,7 +36,13 @@ def data(name: str) -> dict:
 
 
 def table(heads: list[str], rows: list[list[str]], align: str = "") -> str:
-    """A Markdown table; `align` has an l, c or r for each column, l where it is shorter."""
+    """A Markdown table; `align` has an l, c or r for each column, l where it is shorter.
+
+    Raises:
+        SystemExit: there is nothing in it: a page would go on to argue from an empty table.
+    """
+    if not rows:
+        sys.exit(f"nothing was measured for the table with the columns {', '.join(heads)}: run make docs")
     rules = [{"c": ":-:", "r": "--:"}.get(align[i : i + 1], "---") for i in range(len(heads))]
     return "".join(f"| {' | '.join(cells)} |\n" for cells in (heads, rules, *rows))
 
