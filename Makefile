@@ -38,7 +38,7 @@ docs: .venv/.complete ## make the pictures, measurements and generated parts of 
 	$(run) -m addon render sample_scenes/glossy.blend --samples 256 --output docs/images/glossy.png
 	$(run) docs/update.py
 
-lab: .venv/.complete ## make the sampling lab's patterns, scores, figures and charts in out/ (ten minutes)
+lab: .venv/.complete ## make the sampling lab's patterns, scores, figures and charts in out/ (a quarter of an hour)
 	$(run) -m core patterns
 	$(run) -m core score --json out/score.json
 	$(run) -m core figures

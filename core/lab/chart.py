@@ -32,7 +32,7 @@ from .measure import Cell, Laboratory, Study
 #: Not only powers of two, which flatter some samplers.
 SCENE_COUNTS = (1, 4, 9, 16, 36, 64, 144, 256)
 #: For scenes in which a sample takes long.
-SLOW_COUNTS = (4, 16, 64, 256)
+SLOW_COUNTS = (4, 16, 36, 64, 256)
 INTEGRAND_COUNTS = (1, 4, 9, 16, 36, 64, 144, 256, 576, 1024, 2304, 4096)
 
 MEASURED = "measured with 1000 trials at 16, 64 … 4096 points"
