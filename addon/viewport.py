@@ -41,24 +41,32 @@ class Viewport:
     def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Something has changed: export the scene, unless it is something that Rooks does not look at."""
         with self._telling():
-            settings = viewport_settings(depsgraph.scene_eval)
-            if not self._looks_other(depsgraph, settings):
+            space, settings = context.space_data, viewport_settings(depsgraph.scene_eval)
+
+            def is_shown(obj: bpy.types.Object) -> bool:
+                return obj.visible_in_viewport_get(space)
+
+            if not self._looks_other(depsgraph, settings, is_shown):
                 return
             self._kept = self._kept or Kept(depsgraph.scene_eval.frame_current)
             self._kept.forget_changed(depsgraph)
             self._view = export_view(context, depsgraph)
-            space = context.space_data
-            scene, _ = export_scene(
-                depsgraph, self._view.camera, self._kept, lambda obj: obj.visible_in_viewport_get(space)
-            )
+            scene, _ = export_scene(depsgraph, self._view.camera, self._kept, is_shown)
             self._session.show_scene(scene, settings)
             self._session.show_view(self._view)
 
-    def _looks_other(self, depsgraph: bpy.types.Depsgraph, settings: core.settings.RenderSettings) -> bool:
-        """Whether the scene may look other than at the last export. Selecting or renaming something changes nothing."""
+    def _looks_other(
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        settings: core.settings.RenderSettings,
+        is_shown: Callable[[bpy.types.Object], bool],
+    ) -> bool:
+        """Whether the scene may look other than at the last export. Selecting something changes nothing."""
         scene = depsgraph.scene_eval
         names = (getattr(block, "name_full", None) for block in (scene.camera, scene.world))
-        before, self._exported = self._exported, (settings, scene.frame_current, *names)
+        # Hiding an object, and local view, tell no more than that the scene has changed.
+        shown = frozenset(obj.name_full for obj in depsgraph.objects if is_shown(obj.original))
+        before, self._exported = self._exported, (settings, scene.frame_current, shown, *names)
         only_scene = all(
             isinstance(update.id, bpy.types.Scene)
             and not (update.is_updated_geometry or update.is_updated_transform or update.is_updated_shading)

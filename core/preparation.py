@@ -1,7 +1,7 @@
 """From a scene to what the kernels share: arrays, Embree's structure, tables of points, and which stages are run.
 
 A window prepares a scene again at each change. Then the preparation before lends what is still true: the structure
-where nothing has moved, the tables where the same points are asked for, the picture of the world where it is the same.
+where nothing has moved, and the tables where the same points are asked for.
 """
 
 from __future__ import annotations
