@@ -239,6 +239,8 @@ def changes() -> Steps:
             "the world",
             lambda: setattr(bpy.context.scene.world.node_tree.nodes["Background"].inputs[1], "default_value", 2.0),
         ),
+        ("hiding an object", lambda: cube.hide_set(True)),
+        ("showing it again", lambda: cube.hide_set(False)),
         ("the sampler", lambda: setattr(settings(), "sampler", "RANDOM")),
         ("the seed", lambda: setattr(settings(), "seed", 7)),
         ("the samples", lambda: setattr(settings(), "preview_samples", 4 * SAMPLES)),
