@@ -2,7 +2,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: help render test lab lint format docs extension clean
+.PHONY: help render test stability lab lint format docs extension clean
 
 PYTHON ?= python3.11
 PIP := pip==26.3 # the pip of Python 3.11 is older than dependency groups
@@ -17,6 +17,9 @@ render: .venv/.complete ## render the sample scenes into out/, as .exr and .png
 
 test: .venv/.complete ## run all tests
 	$(run) -m pytest
+
+stability: .venv/.complete ## try Rooks where methods fail: a table with a verdict for each case
+	$(run) -m tests.stability
 
 lint: .venv/.complete ## check style and formatting
 	$(run) -m ruff check .
@@ -34,6 +37,8 @@ docs: .venv/.complete ## make the pictures, measurements and generated parts of 
 	cp out/docs/figures/figures.json docs/data/
 	$(run) -m core chart --output out/docs/chart --restart
 	cp out/docs/chart/chart.json docs/data/
+	$(run) -m tests.stability --output out/docs/stability
+	cp out/docs/stability/stability.json docs/data/
 	$(run) -m addon render sample_scenes/still_life.blend --samples 256 --output docs/images/still_life.png
 	$(run) -m addon render sample_scenes/glossy.blend --samples 256 --output docs/images/glossy.png
 	$(run) docs/update.py
