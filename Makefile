@@ -49,7 +49,7 @@ lab: .venv/.complete ## make the sampling lab's patterns, scores, figures and ch
 	$(run) -m core figures
 	$(run) -m core chart
 
-extension: .venv/.complete ## build the Blender extension into dist/
+extension: .venv/.complete ## build the Blender extension into dist/, a zip for each platform
 	$(run) .ci/build_extension.py
 
 clean: ## remove everything that make has made, .venv included

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
 WHEELS = ROOT / "build" / "wheels"
@@ -30,10 +31,26 @@ PURE = (
     *("rich", "markdown-it-py", "mdurl", "Pygments"),
     *("cycler", "fonttools", "packaging", "pyparsing", "python-dateutil", "tzdata"),
 )
-#: Blender up to 5.0 runs Python 3.11 and from 5.1 on 3.13. Debian builds it for its own Python: 3.13, 3.14.
-PYTHONS = ("3.11", "3.13", "3.14")
-#: Blender's name of each platform, and the names of the wheels that run there: those for a glibc not above 2.28.
-PLATFORMS = {"linux-x64": [f"manylinux_2_{minor}_x86_64" for minor in range(28, 4, -1)]}
+#: Blender up to 5.0 runs Python 3.11 and from 5.1 on 3.13.
+PYTHONS = ("3.11", "3.13")
+
+
+class Platform(NamedTuple):
+    """The names of the wheels that run on a platform, the best first, and the Pythons that Blender has there."""
+
+    tags: list[str]
+    pythons: tuple[str, ...] = PYTHONS
+
+
+#: By Blender's names. Left out are macos-x64, for which the last wheels of numba and llvmlite are 0.62.1 and 0.45.1,
+#: and windows-arm64 and linux-arm64, for which embreex has none.
+PLATFORMS = {
+    # A glibc not above 2.28. Debian builds Blender for its own Python: 3.13, 3.14.
+    "linux-x64": Platform([f"manylinux_2_{minor}_x86_64" for minor in range(28, 4, -1)], (*PYTHONS, "3.14")),
+    "windows-x64": Platform(["win_amd64"]),
+    # embreex asks for macOS 13.
+    "macos-arm64": Platform([f"macosx_{version}_0_arm64" for version in range(13, 10, -1)]),
+}
 
 
 def main() -> None:
@@ -44,14 +61,14 @@ def main() -> None:
     if unknown := set(platforms) - set(PLATFORMS):
         parser.error(f"no such platform: {', '.join(sorted(unknown))}. There are: {', '.join(PLATFORMS)}")
     for platform in platforms:
-        compiled = [fetch(name, platform, python) for python in PYTHONS for name in COMPILED]
+        compiled = [fetch(name, platform, python) for python in PLATFORMS[platform].pythons for name in COMPILED]
         stage(platform, compiled + [fetch_pure(name) for name in PURE])
         pack(platform)
 
 
 def fetch(name: str, platform: str, python: str) -> Path:
     """Return the pinned wheel of a package for one platform and Python, downloaded where it is not there yet."""
-    options = [option for tag in PLATFORMS[platform] for option in ("--platform", tag)]
+    options = [option for tag in PLATFORMS[platform].tags for option in ("--platform", tag)]
     return download(name, WHEELS / platform / python, [*options, "--python-version", python])
 
 

@@ -86,7 +86,7 @@ def golden_order(count: int) -> np.ndarray:
     """The numbers 0 … count - 1 in an order in which the first few of them lie evenly, however many they are."""
     coprime = [step for step in range(1, count + 1) if math.gcd(step, count) == 1]
     step = min(coprime, key=lambda step: abs(step - count * _GOLDEN_SECTION))
-    return np.arange(count) * step % count
+    return np.arange(count, dtype=np.int64) * step % count  # 32 bits, those of numpy 1 on Windows, are too few
 
 
 def _strips(bounds: Bounds, count: int) -> list[Bounds]:

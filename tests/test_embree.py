@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -34,7 +35,14 @@ from core.batch import (
     Batch,
     new_batch,
 )
-from core.embree import PlacedTriangles, build_scene, intersect_coherent, intersect_incoherent, occluded_coherent
+from core.embree import (
+    PlacedTriangles,
+    build_scene,
+    intersect_coherent,
+    intersect_incoherent,
+    library_path,
+    occluded_coherent,
+)
 from core.packing import affine
 from tests.scenes import rotation, scaling, sphere, translation
 
@@ -289,6 +297,24 @@ def test_without_embrees_c_functions_the_answers_are_the_same():
     assert run.returncode == 0, run.stdout
     assert "passed" in run.stdout
     assert "Exception ignored" not in run.stdout + run.stderr, run.stdout
+
+
+@pytest.mark.parametrize(
+    ("platform", "library"),
+    [
+        ("linux", "embreex.libs/libembree4-4aef3270.so.4"),
+        ("win32", "embreex.libs/embree4.dll"),
+        ("darwin", "embreex/.dylibs/libembree4.4.dylib"),
+    ],
+)
+def test_the_library_is_found_where_each_platforms_wheel_has_it(tmp_path, monkeypatch, platform, library):
+    for name in ("embreex/__init__.py", "embreex.libs/tbb12.dll", "embreex/.dylibs/libtbb.12.11.dylib", library):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    spec = importlib.util.spec_from_file_location("embreex", tmp_path / "embreex/__init__.py")
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _name: spec)
+    monkeypatch.setattr(sys, "platform", platform)
+    assert library_path() == tmp_path / library
 
 
 def test_a_library_that_does_not_load_is_as_good_as_none(tmp_path):

@@ -51,6 +51,10 @@ class Extreme(np.random.Generator):
         return np.full(size, high - 1 if self.largest else low)
 
 
+def narrow_arange(*limits: int, dtype: type = np.int32, arange=np.arange) -> np.ndarray:
+    return arange(*limits, dtype=dtype)
+
+
 def sidak(comparisons: int) -> float:
     """The significance of each of so many comparisons that makes SIGNIFICANCE of all of them."""
     return 1 - (1 - SIGNIFICANCE) ** (1 / comparisons)
@@ -141,6 +145,15 @@ def test_a_grid_refuses_a_count_that_is_no_grid(name):
 def test_no_points_are_refused(sampler):
     with pytest.raises(ValueError, match="at least one point"):
         sampler(1, 0, np.random.default_rng(1))
+
+
+@every_sampler
+def test_many_points_are_the_same_where_numpys_integers_have_32_bits(sampler, monkeypatch):
+    """Those of numpy 1 on Windows."""
+    count = sampler.actual_count(60_001)
+    expected = sampler(1, count, np.random.default_rng(5))
+    monkeypatch.setattr(np, "arange", narrow_arange)
+    assert np.array_equal(sampler(1, count, np.random.default_rng(5)), expected)
 
 
 @every_sampler

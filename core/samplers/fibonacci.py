@@ -23,7 +23,7 @@ GOLDEN_RATIO = (1 + sqrt(5)) / 2
 
 def generate(set_count: int, count: int, rng: np.random.Generator) -> np.ndarray:
     """Sets of the lattice's `count` points, in the order of its first axis before the shift."""
-    index = np.arange(count)
+    index = np.arange(count, dtype=np.int64)  # on Windows numpy 1 would take 32 bits, too few for the product
     lattice = np.stack([index, index * generator(count) % count])
     start = rng.integers(count, size=(2, set_count, 1))
     offset = rng.random((2, set_count, 1), dtype=np.float32)
