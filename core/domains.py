@@ -39,6 +39,8 @@ DOMAINS = ("pixel", "lens", "light", "bsdf")
 TABLE_POINTS = 1 << 18
 #: A table beyond this is a mistake in the settings rather than a wish.
 MAX_TABLE_BYTES = 1 << 31
+#: How much of a table is made at a time: making points takes up to seven times the memory that they take.
+PART_POINTS = 1 << 22
 
 _MASK32 = np.uint64(0xFFFFFFFF)
 #: All orders in which a Z-curve can visit the four quarters of a square.
@@ -81,17 +83,22 @@ def make_table(domain: str, settings: RenderSettings, dimensions: int, pixels: i
     wanted = max(dimensions, min(pixels * dimensions, TABLE_POINTS // count), 16)
     digits = max((wanted // dimensions).bit_length() - 1 >> 1, 2) if sampler.along_curve else 0
     set_count = dimensions << 2 * digits if digits else 1 << (wanted - 1).bit_length()
-    if set_count * count * 8 > MAX_TABLE_BYTES:
-        raise SettingsError(
-            f"{count} samples in {dimensions} {domain} dimensions need {set_count * count * 8 >> 30} GB of tables: "
-            "use fewer samples, lights or bounces"
-        )
-    index = DOMAINS.index(domain)
-    rng = np.random.default_rng([settings.seed, index])
-    points = sampler(set_count, count, rng)
-    points = follow_curve(points, rng) if domain == "light" else shuffle_sets(points, rng)
-    salt = int(rng.integers(1 << 32))
-    return PointTable(np.ascontiguousarray(points.transpose(2, 0, 1)), salt, digits)
+    size = set_count * count * 8
+    need = f"{count} samples in {dimensions} {domain} dimensions need {size / 2**30:.3g} GB of tables"
+    if size > MAX_TABLE_BYTES:
+        raise SettingsError(f"{need}: use fewer samples, lights or bounces")
+    rng = np.random.default_rng([settings.seed, DOMAINS.index(domain)])
+    order = follow_curve if domain == "light" else shuffle_sets
+    # Whole dimensions of a curve: both are powers of two.
+    part = max(PART_POINTS // count, 4**digits)
+    try:
+        table = np.empty((2, set_count, count), np.float32)
+        for first in range(0, set_count, part):
+            points = order(sampler(min(part, set_count - first), count, rng), rng)
+            table[:, first : first + part] = points.transpose(2, 0, 1)
+    except MemoryError:
+        raise SettingsError(f"{need}, more memory than there is: use fewer samples, lights or bounces") from None
+    return PointTable(table, int(rng.integers(1 << 32)), digits)
 
 
 def shuffle_sets(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:

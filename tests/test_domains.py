@@ -9,6 +9,7 @@ them: they have (1 - 1/k²) of that bias, which is 1/24.
 
 from __future__ import annotations
 
+import tracemalloc
 from itertools import pairwise
 
 import numpy as np
@@ -339,3 +340,25 @@ def test_tables_beyond_memory_are_refused_before_they_are_made():
     settings = RenderSettings(samples=2**20, sampler="random")
     with pytest.raises(SettingsError, match=r"1048576 samples in 640 light dimensions need \d+ GB"):
         make_table("light", settings, 640, 100)
+
+
+@pytest.mark.parametrize("name", ["multi_jittered", "z_sobol"])
+def test_a_large_table_takes_little_more_memory_while_it_is_made(name, monkeypatch):
+    monkeypatch.setattr(domains, "PART_POINTS", 1 << 15)
+    settings = RenderSettings(samples=1 << 10, sampler=name)
+    tracemalloc.start()
+    table = make_table("light", settings, 512, 1)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < table.points.nbytes + 10 * 8 * (1 << 15)
+    corners = table.points[:, :, 0].T
+    assert len(np.unique(corners, axis=0)) == len(corners)
+
+
+def test_a_table_that_memory_has_no_room_for_is_refused(monkeypatch):
+    def no_room(points, rng):
+        raise MemoryError
+
+    monkeypatch.setattr(domains, "shuffle_sets", no_room)
+    with pytest.raises(SettingsError, match=r"9 samples in 2 pixel dimensions need .* GB of tables, more memory"):
+        make_table("pixel", RenderSettings(samples=9), 2, 100)
