@@ -206,9 +206,12 @@ def _sample_triangle(
     dy = c[emitter, 1] + v * a[emitter, 1] + w * b[emitter, 1] - f[i + POSITION + Y]
     dz = c[emitter, 2] + v * a[emitter, 2] + w * b[emitter, 2] - f[i + POSITION + Z]
     square = dx * dx + dy * dy + dz * dz
+    distance = np.sqrt(square)
     facing = abs(dx * n[emitter, 0] + dy * n[emitter, 1] + dz * n[emitter, 2])
-    # facing, and the surface's cosine to come, are each longer by the distance.
-    weight = facing / (square * square) if facing > _ZERO else _ZERO
+    # Bounded, so that the compiler cannot make one division by distance⁴ of it, which float32 does not hold.
+    cosine = min(facing / distance, _ONE)
+    # The surface's cosine to come is longer by the distance.
+    weight = cosine / (square * distance) if facing > _ZERO else _ZERO
     spread = lights.area[emitter] / chance
     material = lights.material[emitter]
     f[i + SHADOW + DIRECTION] = dx
@@ -216,7 +219,7 @@ def _sample_triangle(
     f[i + SHADOW + DIRECTION + Z] = dz
     f[i + SHADOW + T_FAR] = _ONE
     f[i + LIGHT_WEIGHT] = weight
-    f[i + LIGHT_SPREAD] = spread * weight * np.sqrt(square)
+    f[i + LIGHT_SPREAD] = spread * weight * distance
     f[i + LIGHT_COLOR] = spread * INV_PI * emission[material, 0]
     f[i + LIGHT_COLOR + Y] = spread * INV_PI * emission[material, 1]
     f[i + LIGHT_COLOR + Z] = spread * INV_PI * emission[material, 2]

@@ -1,8 +1,8 @@
-"""The scene as kernels read it: flat arrays, re-centred so that float32 holds it, and Embree's structure over them.
+"""The scene as kernels read it: flat arrays, moved so that float32 holds it, and Embree's structure over them.
 
 A mesh that stands in the world once is stored in world space and traced directly; one that stands there more often is
 stored once in its own space, and traced through instances. "World space" inside the renderer is the world moved so
-that the middle of the scene lies at the origin: float32 has 24 bits, and a scene far from the origin would lose them.
+that a scene far from the origin lies about it: float32 has 24 bits, and would lose them there.
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ from .packed_materials import MaterialArrays, pack_materials
 from .programs import Programs
 from .scene import VISIBLE_TO_SHADOWS, Instance, Material, Mesh, Scene
 from .shared_use import SharedUse
+
+#: Farther out than this, in metres, the volumes that Embree's test of a triangle compares overflow float32.
+FARTHEST = 1e12
 
 #: A bit beside `scene.VISIBLE_TO_SHADOWS`, and in its place, of what tints shadows rather than to make them black.
 TINTS_SHADOWS = 32
@@ -97,7 +100,9 @@ def pack_scene(scene: Scene, threads: int, before: PackedScene | None = None) ->
     for instance in instances:
         if np.shape(instance.matrix) != (4, 4) or not np.isfinite(instance.matrix).all():
             raise SceneError(f"{_name(instance)}: its matrix is not one of 4 × 4 finite numbers")
-    center = _center(instances)
+    boxes = _world_boxes(instances)
+    center = _center(boxes)
+    _check_reach(instances, boxes, center)
     uses = Counter(id(instance.mesh) for instance in instances)
     alone = {id(instance.mesh): instance for instance in instances if uses[id(instance.mesh)] == 1}
 
@@ -166,16 +171,35 @@ def _check_mesh(mesh: Mesh) -> None:
         raise SceneError(f"mesh {mesh.name!r}: a triangle names a vertex that is not there")
 
 
-def _center(instances: Sequence[Instance]) -> np.ndarray:
-    """The middle of the box around everything, float64 (3,)."""
-    if not instances:
-        return np.zeros(3)
+def _world_boxes(instances: Sequence[Instance]) -> np.ndarray:
+    """The corners of a box around each instance, float64 (I, 8, 3)."""
     meshes = {id(instance.mesh): instance.mesh for instance in instances}
     boxes = {key: _corners(mesh.vertices) for key, mesh in meshes.items()}
-    corners = np.array([boxes[id(instance.mesh)] for instance in instances])
-    matrices = np.array([instance.matrix for instance in instances], np.float64)
-    world = corners @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3]
-    return (world.min(axis=(0, 1)) + world.max(axis=(0, 1))) / 2
+    corners = np.array([boxes[id(instance.mesh)] for instance in instances]).reshape(-1, 8, 3)
+    matrices = np.array([instance.matrix for instance in instances], np.float64).reshape(-1, 4, 4)
+    return corners @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3]
+
+
+def _center(boxes: np.ndarray) -> np.ndarray:
+    """What to subtract from the world, float64 (3,): the middle of all boxes, as far as no point loses by it.
+
+    Nothing comes to lie farther from the centre, along any axis, than it was from the origin: where there are things
+    on both sides of that it stays the centre, and a moon takes no digits from the scene that it shines on.
+    """
+    if len(boxes) == 0:
+        return np.zeros(3)
+    low, high = boxes.min(axis=(0, 1)), boxes.max(axis=(0, 1))
+    return np.clip((low + high) / 2, 2 * np.minimum(high, 0), 2 * np.maximum(low, 0))
+
+
+def _check_reach(instances: Sequence[Instance], boxes: np.ndarray, center: np.ndarray) -> None:
+    for instance, box in zip(instances, boxes, strict=True):
+        reach = max(np.abs(box - center).max(), np.abs(instance.mesh.vertices).max())
+        if not reach < FARTHEST:
+            raise SceneError(
+                f"{_name(instance)} reaches {reach:.1e} m far: rays find nothing farther out than {FARTHEST:.0e} m, "
+                "so make it smaller or bring it nearer"
+            )
 
 
 def _corners(vertices: np.ndarray) -> np.ndarray:
@@ -186,9 +210,11 @@ def _corners(vertices: np.ndarray) -> np.ndarray:
 
 def _normal_matrix(matrix: np.ndarray) -> np.ndarray:
     """The inverse transpose of the linear part; of a flattening matrix, the transposed adjugate, which still exists."""
-    a, b, c = np.array(matrix, np.float64)[:3, :3].T
+    linear = np.array(matrix, np.float64)[:3, :3]
+    # Only directions come of it, and float32 does not hold the squares of every scale.
+    a, b, c = linear.T / (np.abs(linear).max() or 1)
     cofactors = np.array([np.cross(b, c), np.cross(c, a), np.cross(a, b)]).T
-    return cofactors * (-1 if np.linalg.det(np.array(matrix)[:3, :3]) < 0 else 1)
+    return cofactors * (-1 if np.linalg.det(linear) < 0 else 1)
 
 
 def _pack_meshes(

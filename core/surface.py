@@ -57,6 +57,12 @@ from .scene import VISIBLE_TO_CAMERA
 #: The step off a surface, as a share of the coordinates that went into the hit. Interpolating three vertices and
 #: placing the result rounds 7 times at most and Embree's own test loses as many bits (2^-24 each): twice their sum.
 STEP_OFF = np.float32(2.0**-19)
+#: A hit on an edge rounds to either side of what meets the triangle there, so rays start a little inside of it: by two
+#: steps off the surface, for walls that meet at an acute angle, and by this share of the coordinates, the rounding of
+#: the point and of Embree's test of the other wall.
+STEP_IN = np.float32(2.0**-20)
+#: But by no more than this share of a triangle that is narrower than that.
+MOST_STEP_IN = np.float32(2.0**-6)
 #: Where a ray that leaves a surface begins to look, so that the step may be 0 where nothing was rounded.
 JUST_AHEAD = np.float32(1e-30)
 #: The share of the way to a lamp in which something can stand before it: a surface that it lies in does not.
@@ -66,6 +72,10 @@ SHORT_OF_LAMP = np.float32(1 - 2.0**-18)
 MISSED_DEPTH = np.float32(1e10)
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
+
+Vector = tuple[float, float, float]
+Corners = tuple[Vector, Vector, Vector]
+Edges = tuple[Vector, Vector]
 
 
 @kernel
@@ -109,15 +119,17 @@ def hit_placement(bits: np.ndarray, i: int) -> int:
 def _find_surface(f: np.ndarray, bits: np.ndarray, geometry: Geometry, i: int, placement: int, triangle: int) -> None:
     mesh = geometry.placements[placement, MESH]
     v, w = f[i + HIT_V], f[i + HIT_W]
-    u = _ONE - v - w
-    x, y, z, rx, ry, rz = _hit_point(geometry, mesh, triangle, u, v, w)
+    corners = _corners(geometry, mesh, triangle)
+    rx, ry, rz = _reach(corners)
+    edges = _edges(corners)
     nx, ny, nz = f[i + HIT_NORMAL], f[i + HIT_NORMAL + Y], f[i + HIT_NORMAL + Z]
     smooth = geometry.first[mesh, CORNER_NORMAL] != NONE
-    sx, sy, sz = _interpolated_normal(geometry, mesh, triangle, u, v, w) if smooth else (nx, ny, nz)
+    sx, sy, sz = _interpolated_normal(geometry, mesh, triangle, _ONE - v - w, v, w) if smooth else (nx, ny, nz)
     bits[i + MATERIAL] = np.uint32(_material(geometry, placement, triangle))
-    if geometry.placements[placement, INSTANCED] != 0:
+    instanced = geometry.placements[placement, INSTANCED] != 0
+    if instanced:
         rx, ry, rz = _reach_in_world(geometry.to_world, placement, rx, ry, rz)
-        x, y, z = transform(geometry.to_world, placement, x, y, z)
+        edges = _rotate_edges(geometry.to_world, placement, edges)
         nx, ny, nz = rotate(geometry.normal_to_world, placement, nx, ny, nz)
         sx, sy, sz = rotate(geometry.normal_to_world, placement, sx, sy, sz)
     else:
@@ -125,14 +137,19 @@ def _find_surface(f: np.ndarray, bits: np.ndarray, geometry: Geometry, i: int, p
         nx, ny, nz = nx * sign, ny * sign, nz * sign
     nx, ny, nz = normalize(nx, ny, nz)
     sx, sy, sz = normalize(sx, sy, sz) if smooth else (nx, ny, nz)
+    # Only the error along the normal matters: a floor of kilometres, if it is level, needs a step of millionths.
+    offset = STEP_OFF * (abs(nx) * rx + abs(ny) * ry + abs(nz) * rz)
+    v, w = _step_in(v, w, edges, np.float32(2) * offset + STEP_IN * max(rx, ry, rz))
+    x, y, z = _point(corners, v, w)
+    if instanced:
+        x, y, z = transform(geometry.to_world, placement, x, y, z)
     away = nx * f[i + DIRECTION] + ny * f[i + DIRECTION + Y] + nz * f[i + DIRECTION + Z] > _ZERO
     side = -_ONE if away else _ONE
     f[i + SIDE] = side
+    f[i + OFFSET] = offset
     _store(f, i + POSITION, x, y, z)
     _store(f, i + GEOMETRIC_NORMAL, side * nx, side * ny, side * nz)
     _store(f, i + SHADING_NORMAL, side * sx, side * sy, side * sz)
-    # Only the error along the normal matters: a floor of kilometres, if it is level, needs a step of millionths.
-    f[i + OFFSET] = STEP_OFF * (abs(nx) * rx + abs(ny) * ry + abs(nz) * rz)
 
 
 @device
@@ -146,27 +163,73 @@ def corners_of(geometry: Geometry, mesh: int, triangle: int) -> tuple[int, int, 
 
 
 @device
-def _hit_point(
-    geometry: Geometry, mesh: int, triangle: int, u: float, v: float, w: float
-) -> tuple[float, float, float, float, float, float]:
-    """The point at barycentrics (u, v, w), more exact than origin + t direction, and the triangle's reach.
-
-    The reach is its corners' largest x, y and z: what the rounding errors of the point are proportional to (Pharr,
-    Jakob and Humphreys 2016, section 3.9).
-    """
+def _corners(geometry: Geometry, mesh: int, triangle: int) -> Corners:
+    """The corners of a triangle, in the space of its mesh."""
     a, b, c = corners_of(geometry, mesh, triangle)
     vertices = geometry.vertices
-    ax, ay, az = vertices[a, 0], vertices[a, 1], vertices[a, 2]
-    bx, by, bz = vertices[b, 0], vertices[b, 1], vertices[b, 2]
-    cx, cy, cz = vertices[c, 0], vertices[c, 1], vertices[c, 2]
     return (
-        u * ax + v * bx + w * cx,
-        u * ay + v * by + w * cy,
-        u * az + v * bz + w * cz,
-        max(abs(ax), abs(bx), abs(cx)),
-        max(abs(ay), abs(by), abs(cy)),
-        max(abs(az), abs(bz), abs(cz)),
+        (vertices[a, 0], vertices[a, 1], vertices[a, 2]),
+        (vertices[b, 0], vertices[b, 1], vertices[b, 2]),
+        (vertices[c, 0], vertices[c, 1], vertices[c, 2]),
     )
+
+
+@device
+def _reach(corners: Corners) -> Vector:
+    """The corners' largest x, y and z: what the rounding errors of points between them are proportional to (Pharr,
+    Jakob and Humphreys 2016, section 3.9).
+    """
+    a, b, c = corners
+    return (
+        max(abs(a[0]), abs(b[0]), abs(c[0])),
+        max(abs(a[1]), abs(b[1]), abs(c[1])),
+        max(abs(a[2]), abs(b[2]), abs(c[2])),
+    )
+
+
+@device
+def _edges(corners: Corners) -> Edges:
+    """The edges from the first corner to the others."""
+    a, b, c = corners
+    return (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (c[0] - a[0], c[1] - a[1], c[2] - a[2])
+
+
+@device
+def _rotate_edges(m: np.ndarray, k: int, edges: Edges) -> Edges:
+    p, q = edges
+    return rotate(m, k, p[0], p[1], p[2]), rotate(m, k, q[0], q[1], q[2])
+
+
+@device
+def _point(corners: Corners, v: float, w: float) -> Vector:
+    """The point at barycentrics (1 - v - w, v, w), more exact than origin + t direction."""
+    a, b, c = corners
+    u = _ONE - v - w
+    return (
+        u * a[0] + v * b[0] + w * c[0],
+        u * a[1] + v * b[1] + w * c[1],
+        u * a[2] + v * b[2] + w * c[2],
+    )
+
+
+@device
+def _step_in(v: float, w: float, edges: Edges, least: float) -> tuple[float, float]:
+    """The barycentrics of the nearest point that is at least `least` metres off the triangle's edges."""
+    p, q = edges
+    dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    longest = max(_square(p[0], p[1], p[2]), _square(q[0], q[1], q[2]), _square(dx, dy, dz))
+    # |p × q| is the lowest height × the longest edge, and barycentrics count heights.
+    doubled = _square(p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0])
+    share = least * least * longest
+    margin = MOST_STEP_IN if share >= MOST_STEP_IN * MOST_STEP_IN * doubled else np.float32(math.sqrt(share / doubled))
+    v, w = max(v, margin), max(w, margin)
+    scale = min((_ONE - margin) / (v + w), _ONE)
+    return v * scale, w * scale
+
+
+@device
+def _square(x: float, y: float, z: float) -> float:
+    return x * x + y * y + z * z
 
 
 @device

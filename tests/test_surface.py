@@ -16,6 +16,7 @@ from core import (
     PointLight,
     RenderSettings,
     Scene,
+    SceneError,
     SunLight,
     render,
 )
@@ -228,6 +229,24 @@ def test_no_light_gets_into_a_closed_box_nor_out(scale):
     above = camera_down(6 * scale, (24, 24), height=5 * scale)
     lamp = PointLight((0, 0, 0.2 * scale), (1e3 * scale**2,) * 3, 0.1 * scale)
     assert (picture(Scene(above, (walls, ground), (lamp,)), samples=16) == 0).all()
+
+
+def test_one_thing_far_away_takes_no_digits_from_all_others():
+    """A ball on a floor at the origin, and a third body 10⁷ m away that the camera does not see."""
+    things = (Instance(sphere(0.1, (0, 0, 0.1))), Instance(floor(2), materials=(WHITE,)))
+    far = Instance(box(), translation(1e7, 3e6, -1e7))
+    sun = (SunLight((0.5, 0.2, 1), (1.0,) * 3),)
+    alone, beside = (
+        picture(Scene(camera_down(0.5, (32, 32)), instances, sun)) for instances in (things, (*things, far))
+    )
+    assert np.array_equal(alone, beside)
+
+
+@pytest.mark.parametrize("copies", [1, 2])
+def test_an_object_farther_out_than_rays_find_is_named(copies):
+    huge = Instance(box(), scaling(1e13, 1e13, 1e13), name="Moon")
+    with pytest.raises(SceneError, match=r"^object 'Moon' reaches 5\.0e\+12 m far"):
+        picture(Scene(camera_down(1), (huge, *[Instance(huge.mesh)] * (copies - 1))))
 
 
 def test_a_plane_of_ten_kilometres_does_not_shadow_itself():
