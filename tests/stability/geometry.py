@@ -1,0 +1,206 @@
+"""Geometry: meshes as importers and modifiers leave them, surfaces in the same place, and rays along surfaces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from core import Camera, Instance, Mesh, PointLight, RenderSettings, Scene, SceneError, SunLight, render
+from tests.scenes import (
+    WHITE,
+    box,
+    camera_down,
+    camera_forward,
+    floor,
+    lambertian,
+    picture,
+    polygon,
+    quad,
+    rotation,
+    scaling,
+    sphere,
+    translation,
+)
+
+from .case import Record, case
+
+OVERHEAD = SunLight((0.0, 0.0, 1.0), (np.pi,) * 3)
+
+
+@case(
+    "Two surfaces in the same place",
+    happens="Speckles of black: each surface shadows the other. Or the picture changes from render to render.",
+    why="The hits on the two round differently, and either may be the nearer one.",
+    rooks="Steps off by more than both round, so neither shadows the other. Which of them is seen may change from "
+    "place to place, but not from render to render: the first of two equal meshes, or a pattern.",
+)
+def surfaces_in_one_place(record: Record) -> None:
+    """A square of albedo 0.25 in one of 0.75, level and turned: each sample has one of both, whatever the threads."""
+    for label, turn in (("level", np.eye(4)), ("turned", rotation(0, 0.4) @ rotation(1, -0.7))):
+        normal = turn[:3, 2]
+        pair = tuple(
+            Instance(floor(size, (0.3, 0.2, 0.7)), turn, (lambertian(albedo),))
+            for size, albedo in ((4, 0.75), (3, 0.25))
+        )
+        sun = SunLight(tuple(normal), (np.pi,) * 3)
+        scene = Scene(camera_down(1.5, (32, 32), height=5), pair, (sun,))
+        seen = [
+            picture(scene, samples=1, sampler="regular", threads=threads, tile_size=size)
+            for threads, size in ((1, 64), (2, 16))
+        ]
+        other = np.minimum(np.abs(seen[0] - 0.75), np.abs(seen[0] - 0.25))
+        record.claim(f"{label}: farthest from both", other.max(), at_most=1e-5)
+        record.claim(f"{label}: pixels that differ between 1 and 2 threads", (seen[0] != seen[1]).sum(), at_most=0)
+    mesh = sphere(1.0)
+    once, twice = (
+        picture(Scene(camera_down(2.2, (48, 48), height=3), (Instance(mesh, materials=(WHITE,)),) * n, (OVERHEAD,)))
+        for n in (1, 2)
+    )
+    record.claim("a ball twice in one place: largest difference to one", np.abs(once - twice).max(), at_most=1e-4)
+
+
+@case(
+    "Triangles without area, needles, and one of 10⁷ m",
+    happens="Black dots and stripes, NaN, or a hole.",
+    why="The normal of a triangle is a cross product, of which rounding leaves nothing where the triangle is narrow.",
+    rooks="Embree drops the triangles that have no area, which no ray can hit; steps grow with the triangle.",
+)
+def narrow_triangles(record: Record) -> None:
+    """A white ground of a fan of needles, between triangles of no area, in a white sky and under the sun."""
+    angles = np.linspace(0, 2 * np.pi, 20_001)[:-1]
+    rim = np.column_stack([5 * np.cos(angles), 5 * np.sin(angles), np.zeros(len(angles))])
+    vertices = np.concatenate([[(0, 0, 0)], rim, [(0.1, 0.1, 0.5)] * 2]).astype(np.float32)
+    k = np.arange(len(angles))
+    needles = np.column_stack([np.zeros_like(k), k + 1, (k + 1) % len(k) + 1])
+    nothing = [(len(k) + 1, len(k) + 2, len(k) + 2), (0, 0, 5), (0, len(k) + 1, len(k) + 2)]
+    fan = Mesh("fan", vertices, np.concatenate([needles, nothing]).astype(np.int32))
+    long = polygon([(-1e7, -1, 0), (1e7, -1, 0), (0, 1e7, 0)])
+    tiny = sphere(1e-3, rings=150)  # its triangles at the poles are smaller than a micrometre
+    for label, mesh, width in (("20,000 needles", fan, 3.0), ("one of 10⁷ m", long, 1.5)):
+        ground = Instance(mesh, materials=(WHITE,))
+        sky = Scene(camera_down(width, (32, 32)), (ground,), world=(1.0,) * 3)
+        lit = replace(sky, lights=(OVERHEAD,), world=(0.0,) * 3)
+        record.claim(f"{label}, in a white sky: error", np.abs(picture(sky) - 1).max(), at_most=1e-5)
+        record.claim(f"{label}, in the sun: error", np.abs(picture(lit) - 1).max(), at_most=1e-5)
+    for distance in (0.0, 1e3):
+        place = translation(distance, 0, 0)
+        ball = Instance(tiny, place, (WHITE,))
+        scene = Scene(camera_down(1e-3, (16, 16), (distance, 0, 0)), (ball,), world=(1.0,) * 3)
+        record.claim(f"a ball of 1 mm at {distance:g} m: error", np.abs(picture(scene) - 1).max(), at_most=1e-5)
+
+
+@case(
+    "Vertices and normals that are no numbers",
+    happens="A traceback, a black object, or black dots that spread through a blur.",
+    why="A failed import or modifier leaves NaN; one is enough to make every sum NaN that it gets into.",
+    rooks="Names the object and counts its bad vertices; takes a triangle's own normal for corner normals that are "
+    "none; counts samples that come out as NaN, and tells.",
+)
+def no_numbers(record: Record) -> None:
+    ground, camera = floor(4), camera_down(1.0, (16, 16))
+    for wrong in (np.nan, np.inf):
+        vertices = ground.vertices.copy()
+        vertices[1, 2] = wrong
+        message = _error_of(Scene(camera, (Instance(replace(ground, name="Plane.001", vertices=vertices)),)))
+        record.claim(f"errors that name the mesh of a vertex at {wrong:g}", "'Plane.001': 1 of" in message, at_least=1)
+        record.claim("lines of the error", len(message.splitlines()), at_least=1, at_most=1)
+    for wrong in (np.nan, np.inf, 0.0, -1.0):
+        normals = np.tile(np.array([0, 0, 1], np.float32), (2, 3, 1))
+        normals[0] = wrong * np.array([0, 0, 1]) if np.isfinite(wrong) else wrong
+        scene = Scene(camera, (Instance(replace(ground, corner_normals=normals), materials=(WHITE,)),), (OVERHEAD,))
+        film = render(scene, RenderSettings(samples=4, threads=1, max_bounces=1))
+        record.claim(f"dropped samples with normals times {wrong:g}", film.dropped_samples, at_most=0)
+        if wrong != -1:
+            error = np.abs(film.passes["Combined"] - 1).max()
+            record.claim(f"error with normals times {wrong:g}", error, at_most=1e-5)
+
+
+def _error_of(scene: Scene) -> str:
+    try:
+        picture(scene)
+    except SceneError as error:
+        return str(error)
+    return ""
+
+
+@case(
+    "Triangles that face inwards, and meshes that do not close",
+    happens="Black where the inside is seen.",
+    why="Shading only the front, or telling inside from outside by the first triangle.",
+    rooks="Every surface has two sides; light counts on the side that it is on.",
+)
+def inward_triangles(record: Record) -> None:
+    """A ball with all, or every other, triangle turned; and a leaf, lit and seen from either side."""
+    mesh, camera = sphere(1.0), camera_down(2.2, (48, 48), height=3)
+    sun = SunLight((0.5, 0.2, 1), (1.0,) * 3)
+    expected = picture(Scene(camera, (Instance(mesh),), (sun,)))
+    every_other = mesh.triangles.copy()
+    every_other[::2] = every_other[::2, ::-1]
+    for label, triangles in (("all", mesh.triangles[:, ::-1]), ("every other", every_other)):
+        turned = Instance(replace(mesh, triangles=np.ascontiguousarray(triangles)))
+        found = picture(Scene(camera, (turned,), (sun,)))
+        record.claim(f"{label} turned: largest difference", np.abs(found - expected).max(), at_most=1e-4)
+    for label, flip in (("front", scaling(1, 1, 1)), ("back", rotation(0, np.pi))):
+        leaf = Instance(floor(4), flip, (WHITE,))
+        lit = picture(Scene(camera_down(1), (leaf,), (OVERHEAD,)))
+        below = picture(Scene(camera_down(1), (leaf,), (SunLight((0.0, 0.0, -1.0), (np.pi,) * 3),)))
+        record.claim(f"a leaf's {label}, lit: error", np.abs(lit - 1).max(), at_most=1e-5)
+        record.claim(f"a leaf's {label}, lit from beyond", below.max(), at_most=0)
+
+
+@case(
+    "Rays along a surface",
+    happens="A ground that is black, or speckled, towards the horizon or at sunset.",
+    why="A ray at 10⁻⁶ rad to the ground stays within a rounding error of it for metres.",
+    rooks="Starts beside the ground by more than the error, and hits nothing of it.",
+)
+def rays_along_a_surface(record: Record) -> None:
+    """A level and a turned ground, the sun or the camera's rays at an angle above it: sin(angle) / π."""
+    camera = camera_down(1.0, (16, 16), height=2)
+    for label, turn in (("level", np.eye(4)), ("turned", rotation(0, 0.4) @ rotation(1, -0.7))):
+        ground = Instance(floor(20), turn, (WHITE,))
+        for angle in (1e-2, 1e-4, 1e-6):
+            direction = turn[:3, :3] @ (math.cos(angle), 0, math.sin(angle))
+            seen = picture(Scene(camera, (ground,), (SunLight(tuple(direction), (np.pi,) * 3),)), samples=4)
+            # The normal's own rounding, 2^-23, is a share of so small a cosine.
+            bound = 1e-5 + 4 * 2.0**-23 / angle
+            error = np.abs(seen / math.sin(angle) - 1).max()
+            record.claim(f"{label}, sun at {angle:g} rad: relative error", error, at_most=bound)
+            record.claim(f"{label}, sun at {angle:g} rad: black pixels", (seen == 0).sum(), at_most=0)
+        for angle in (1e-2, 1e-4, 1e-6):
+            # Looks along +x, down by the angle, from where the middle ray hits the ground 2 m ahead.
+            look = turn @ translation(-2 * math.cos(angle), 0, 2 * math.sin(angle)) @ rotation(1, angle)
+            matrix = look @ np.array([[0, 0, -1, 0], [-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
+            width = 0.1 * angle
+            flat = Camera(matrix, (16, 16), (-width, width, -width, width), clip_start=0.0, clip_end=1e9)
+            sun = SunLight(tuple(turn[:3, 2]), (np.pi,) * 3)
+            seen = picture(Scene(flat, (ground,), (sun,)), samples=4)
+            record.claim(f"{label}, seen at {angle:g} rad: error", np.abs(seen - 1).max(), at_most=1e-4)
+
+
+@case(
+    "A camera in a wall, and rays from a corner",
+    happens="Half of the picture is missing, or flickers.",
+    why="A ray that starts on a surface hits it or not as rounding will have it.",
+    rooks="A camera's ray sees what lies beyond its clip start, and a mesh from inside like from outside.",
+)
+def camera_in_a_wall(record: Record) -> None:
+    """A camera at the face and at a corner of a box and inside of it: behind its clip start is the far wall, white."""
+    lamp = PointLight((0, 0, 0), (100.0,) * 3)
+    room = Instance(box(2), materials=(WHITE,))
+    for label, at in (("face", (0, 0, 1)), ("corner", (1, 1, 1)), ("inside", (0.1, 0.2, 0.9))):
+        looks_in = rotation(2, 0.75 * np.pi) @ rotation(0, 0.9) if label == "corner" else np.eye(4)
+        camera = replace(camera_forward(0.3), matrix=translation(*at) @ looks_in, clip_start=1e-4)
+        film = render(Scene(camera, (room,), (lamp,)), RenderSettings(samples=4, threads=1))
+        depth = film.passes["Depth"]
+        record.claim(f"{label}: nearest depth", depth.min(), at_least=0.5)
+        record.claim(f"{label}: farthest depth", depth.max(), at_most=4)
+        record.claim(f"{label}: least radiance", film.passes["Combined"][..., 0].min(), at_least=0.1)
+    fan = quad((0, 0, -1), (2, 0, 0), (0, 2, 0))
+    hits = render(
+        Scene(replace(camera_forward(1e-4), clip_start=0.0), (Instance(fan, translation(1, 1, 0)),)),
+        RenderSettings(samples=16, sampler="regular", threads=1),
+    ).passes["Depth"]
+    record.claim("error of a quarter of a window of 10⁻⁴ m about a corner", abs((hits < 2).mean() - 0.25), at_most=1e-6)
