@@ -36,6 +36,7 @@ def export_camera(depsgraph: bpy.types.Depsgraph, resolution: tuple[int, int]) -
         orthographic=camera.data.type == "ORTHO",
         clip_start=camera.data.clip_start,
         clip_end=camera.data.clip_end,
+        name=camera.name,
         **export_lens(camera.data, matrix, depsgraph),
     )
 

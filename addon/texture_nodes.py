@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
+from . import versions
 from ._core import core
 from .arithmetic import affine
 from .images import MISSING
@@ -120,12 +121,13 @@ def mapping_matrix(kind: str, location: Color, rotation: Color, scale: Color) ->
 def _coordinates(reader: ValueReader, source: Source, default: Callable[[], Value]) -> Value:
     """What a texture looks up: its Vector, or `default` where no node makes one, after its Texture Mapping.
 
-    That is so also where its Vector is a group's input, and nothing is linked to that: its value does not count.
+    Where its Vector is a group's input, and nothing is linked to that, it depends on Blender whether its value counts.
     """
 
     def read() -> Value:
         feed = source.input("Vector")
-        return _mapped(source.node.texture_mapping, default() if feed.is_constant else reader.value(feed))
+        is_linked = not feed.is_constant or versions.is_looked_up(feed.socket, source.node)
+        return _mapped(source.node.texture_mapping, reader.value(feed) if is_linked else default())
 
     return reader.once(source, "coordinates", read)
 

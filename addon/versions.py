@@ -50,6 +50,14 @@ def world_of(depsgraph: bpy.types.Depsgraph) -> bpy.types.World | None:
     return override or depsgraph.scene_eval.world
 
 
+def is_looked_up(socket: bpy.types.NodeSocket | None, texture: bpy.types.Node) -> bool:
+    """Whether a texture looks up the value of the unlinked socket that feeds its Vector.
+
+    From 5.0 on it does if that is a group's input, and does not hide its value.
+    """
+    return bpy.app.version >= (5, 0) and socket is not None and socket.node != texture and not socket.hide_value
+
+
 def normal_map_points_down(node: bpy.types.Node) -> bool:
     """Whether a Normal Map node's green grows downwards, DirectX's convention; a choice that 5.0 does not have yet."""
     return getattr(node, "convention", "OPENGL") == "DIRECTX"

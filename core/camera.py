@@ -31,6 +31,12 @@ from .packing import affine
 from .scene import VISIBLE_TO_CAMERA, Camera
 from .warps import square_to_disk, square_to_polygon
 
+#: The size of the smallest pixel that float32 can hold samples in, as a share of its distance from the window's origin:
+#: 16 steps.
+FINEST_PIXEL = 16 * 2.0**-23
+#: The nearest that a lens can focus, in its radius: float32 holds the squares of the slopes of its rays.
+NEAREST_FOCUS = 1e-12
+
 
 class CameraArrays(NamedTuple):
     """A camera for kernels. `window` is (left, bottom, step per pixel in x, in y) in float64."""
@@ -54,15 +60,30 @@ def check_camera(camera: Camera) -> None:
     width, height = camera.resolution
     if width < 1 or height < 1:
         raise SceneError(f"the picture has no pixels: its size is {width} × {height}")
+    name = f"the camera {camera.name!r}" if camera.name else "the camera"
     numbers = (camera.window, camera.lens_radius, camera.aperture_rotation)
     if not (np.isfinite(camera.matrix).all() and all(np.isfinite(number).all() for number in numbers)):
-        raise SceneError("the camera's position, window or lens holds numbers that are not finite")
+        raise SceneError(f"{name} has a position, a window or a lens of numbers that are not finite")
+    _check_window(camera, name)
     if not 0 <= camera.clip_start < camera.clip_end:
-        raise SceneError(f"the camera's clip start {camera.clip_start} m is not below its clip end {camera.clip_end} m")
-    if camera.lens_radius > 0 and not camera.focus_distance > 0:
-        raise SceneError(f"the camera focuses at {camera.focus_distance} m: move the plane in focus in front of it")
+        raise SceneError(
+            f"{name} has the clip start {camera.clip_start:g} m and the clip end {camera.clip_end:g} m: "
+            "move the start below the end"
+        )
+    if camera.lens_radius < 0:
+        raise SceneError(f"{name} has a lens of the radius {camera.lens_radius:g} m: make it 0 or more")
+    if camera.lens_radius > 0 and not camera.focus_distance > NEAREST_FOCUS * camera.lens_radius:
+        raise SceneError(f"{name} focuses at {camera.focus_distance:g} m: move the plane in focus in front of it")
     if not 0 < camera.aperture_ratio < np.inf:
-        raise SceneError(f"the camera's aperture ratio is {camera.aperture_ratio}: it must be above 0")
+        raise SceneError(f"{name} has the aperture ratio {camera.aperture_ratio:g}: make it more than 0")
+
+
+def _check_window(camera: Camera, name: str) -> None:
+    left, right, bottom, top = camera.window
+    pixel = min((right - left) / camera.resolution[0], (top - bottom) / camera.resolution[1])
+    if not pixel > FINEST_PIXEL * max(map(abs, camera.window)):
+        size = "orthographic scale" if camera.orthographic else "sensor"
+        raise SceneError(f"{name} has pixels too small to be told apart: make its {size} larger or its shift smaller")
 
 
 def pack_camera(camera: Camera, center: np.ndarray, filter_offsets: np.ndarray) -> CameraArrays:
@@ -78,7 +99,7 @@ def pack_camera(camera: Camera, center: np.ndarray, filter_offsets: np.ndarray) 
         clip_start=np.float32(camera.clip_start),
         clip_end=np.float32(camera.clip_end),
         lens_radius=np.float32(camera.lens_radius),
-        focus_distance=np.float32(camera.focus_distance),
+        focus_distance=np.float32(camera.focus_distance if camera.lens_radius > 0 else 1),  # a pinhole's means nothing
         blades=camera.aperture_blades if camera.aperture_blades >= 3 else 0,
         blade_rotation=np.float32(camera.aperture_rotation),
         squeeze=np.float32(1 / camera.aperture_ratio),

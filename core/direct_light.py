@@ -42,7 +42,7 @@ from .batch import (
     Z,
 )
 from .jit import device, kernel
-from .lights import SHINES_THROUGH, LightArrays
+from .light_arrays import SHINES_THROUGH, LightArrays
 from .lobes import evaluate_lobes, first_lobe
 from .scene import VISIBLE_TO_DIFFUSE, VISIBLE_TO_GLOSSY, VISIBLE_TO_TRANSMISSION
 from .surface import JUST_AHEAD, SHORT_OF_LAMP

@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from .area_lights import meet_area, spread_of_area
 from .batch import (
     ACTIVE,
     DIRECTION,
@@ -35,8 +36,9 @@ from .batch import (
 from .direct_light import Clamp, add_radiance, clamp_limit
 from .environment import EnvironmentMap, environment_pdf
 from .jit import device, kernel
+from .light_arrays import IS_ELLIPSE, IS_SPHERE, IS_SUN, LightArrays
 from .light_choice import next_on_ray
-from .lights import IS_ELLIPSE, IS_FACING_DISK, IS_SPHERE, IS_SUN, LightArrays, chance_of_lamp, cone_share
+from .lights import chance_of_lamp, cone_share
 from .mesh_lights import MeshLights, emitter_of, spread_of_emitter
 from .scene import VISIBLE_TO_CAMERA
 from .surface import SHORT_OF_LAMP
@@ -197,37 +199,25 @@ def _meet(
         dx, dy, dz = x - cx, y - cy, z - cz
         inside = dx * dx + dy * dy + dz * dz <= np.float32(2) * size
         return np.float32(np.inf), (np.float32(2) * PI * size if inside else _ZERO)
+    if kind <= IS_ELLIPSE:
+        distance, facing, is_met = meet_area(lights, light, ox, oy, oz, x, y, z)
+        return distance, (spread_of_area(lights, light, ox, oy, oz, distance, facing) if is_met else _ZERO)
     cx, cy, cz = cx - ox, cy - oy, cz - oz
     if kind == IS_SPHERE:
         return _meet_sphere(cx, cy, cz, x, y, z, size)
-    if kind == IS_FACING_DISK:
-        square = cx * cx + cy * cy + cz * cz
-        facing = (cx * x + cy * y + cz * z) / np.float32(math.sqrt(square))
-        distance = square / (facing * np.float32(math.sqrt(square)))
-        dx, dy, dz = distance * x - cx, distance * y - cy, distance * z - cz
-        inside = (facing > _ZERO) & (dx * dx + dy * dy + dz * dz <= size * size)
-    else:
-        facing = -(x * lights.normal[light, 0] + y * lights.normal[light, 1] + z * lights.normal[light, 2])
-        height = -(cx * lights.normal[light, 0] + cy * lights.normal[light, 1] + cz * lights.normal[light, 2])
-        distance = height / facing
-        inside = (facing > _ZERO) & _is_on(lights, light, distance * x - cx, distance * y - cy, distance * z - cz)
-    return distance, (lights.area[light] * facing / (distance * distance) if inside else _ZERO)
+    return _meet_facing_disk(cx, cy, cz, x, y, z, size)
 
 
 @device
-def _is_on(lights: LightArrays, light: int, dx: float, dy: float, dz: float) -> bool:
-    """Whether the point of an area light's plane that lies d off its centre belongs to the light."""
-    a, b = lights.axis_u, lights.axis_v
-    ax, ay, az = a[light, 0], a[light, 1], a[light, 2]
-    bx, by, bz = b[light, 0], b[light, 1], b[light, 2]
-    # d = s a + t b: the axes of a sheared lamp are not at right angles.
-    aa, ab, bb = ax * ax + ay * ay + az * az, ax * bx + ay * by + az * bz, bx * bx + by * by + bz * bz
-    da, db = dx * ax + dy * ay + dz * az, dx * bx + dy * by + dz * bz
-    scale = _ONE / (aa * bb - ab * ab)
-    s, t = (da * bb - db * ab) * scale, (db * aa - da * ab) * scale
-    if lights.kind[light] == IS_ELLIPSE:
-        return s * s + t * t <= np.float32(0.25)
-    return (abs(s) <= np.float32(0.5)) & (abs(t) <= np.float32(0.5))
+def _meet_facing_disk(
+    cx: float, cy: float, cz: float, x: float, y: float, z: float, radius: float
+) -> tuple[float, float]:
+    square, along = cx * cx + cy * cy + cz * cz, cx * x + cy * y + cz * z
+    distance = square / along
+    dx, dy, dz = distance * x - cx, distance * y - cy, distance * z - cz
+    if (along <= _ZERO) | (dx * dx + dy * dy + dz * dz > radius * radius):
+        return _ZERO, _ZERO
+    return distance, np.float32(2) * PI * one_minus_cos(radius * radius / (square + radius * radius))
 
 
 @device

@@ -48,7 +48,8 @@ from .emission import add_emission, add_lamps
 from .environment import EnvironmentMap
 from .film import TileSums, add_samples
 from .jit import device, kernel
-from .lights import LightArrays, describe_light, narrow_to_cone, sample_chosen_lights, sample_light
+from .light_arrays import LightArrays
+from .lights import describe_light, narrow_to_cone, sample_chosen_lights, sample_light
 from .materials import run_programs
 from .mesh_lights import MeshLights, color_light, sample_mesh_lights, visit_emitters
 from .packing import SceneArrays

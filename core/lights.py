@@ -9,11 +9,10 @@ them.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
+from .area_lights import is_near, look_at_area, meet_area
 from .batch import (
     DIRECTION,
     LANES,
@@ -30,180 +29,13 @@ from .batch import (
     Y,
     Z,
 )
-from .errors import SceneError
-from .frames import tangents, to_world
-from .jit import device, kernel
-from .light_choice import Emitters, LightTree, build_light_tree, choose_for_surface, emitter_probability
-from .scene import AreaLight, Light, PointLight, SpotLight, SunLight
+from .frames import to_world
+from .jit import device, kernel, subroutine
+from .light_arrays import IS_ELLIPSE, IS_FACING_DISK, IS_RECTANGLE, IS_SPHERE, IS_SUN, LightArrays
+from .light_choice import choose_for_surface, emitter_probability
 from .warps import one_minus_cos, square_to_cap, square_to_disk
 
-#: With more lamps than these one is chosen at each surface, by `light_choice`: looking at all would cost too much.
-MOST_ONE_BY_ONE = 8
-
-IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2, 3, 4, 5
-
 _ZERO, _HALF, _ONE, _TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
-#: A spot's edge without blend: steep enough to be a step, finite so that 0 × it stays 0.
-_HARD_EDGE = 1e30
-#: A bit of visibility beside those of `scene`: nothing can be in the way of this light.
-SHINES_THROUGH = 64
-
-
-class LightArrays(NamedTuple):
-    """The lamps for kernels, L of them, positions re-centred."""
-
-    kind: np.ndarray  # (L,) int64: IS_RECTANGLE, ...
-    color: np.ndarray  # (L, 3)
-    position: np.ndarray  # (L, 3); a sun: the direction towards it
-    axis_u: np.ndarray  # (L, 3), full edge or axis of an area light
-    axis_v: np.ndarray
-    normal: np.ndarray  # (L, 3), the side an area light shines to
-    size: np.ndarray  # (L,) radius in metres; a sun: 1 - cos of half its angle
-    area: np.ndarray  # (L,) m², that a sphere shows; a sun: steradians, seen flat. 0 without a size
-    shared_area: np.ndarray  # (L,) the same; 0 if it shines through what would block the rays that meet it
-    extended: np.ndarray  # (L,) bool: it has a size, so that a point of it is to be sampled
-    cast_shadow: np.ndarray  # (L,) bool
-    visibility: np.ndarray  # (L,) uint32: bits of `scene`
-    spot: np.ndarray  # (L,) bool: the light stands behind a cone
-    to_spot: np.ndarray  # (L, 3, 3) world to lamp space
-    spot_cosine: np.ndarray  # (L,) of half the cone's angle
-    spot_edge: np.ndarray  # (L,) 1 / width of the blend, in cosines
-    each: int  # so many lamps are sampled one by one at each surface; of the rest one is chosen
-    tree: LightTree  # to choose by: its emitter k is lamp each + k
-
-
-def pack_lights(lights: Sequence[Light], center: np.ndarray) -> LightArrays:
-    """Check the lamps and turn them into what kernels read; those that send no light are left out.
-
-    Raises:
-        SceneError: a lamp's numbers are not finite, or it has the wrong shape.
-    """
-    shining = [light for light in lights if np.any(np.nan_to_num(_strength(light), nan=1) != 0)]
-    count = each = len(shining)
-    if count > MOST_ONE_BY_ONE:
-        # Suns are infinitely far, and no tree bounds them: they come first.
-        shining.sort(key=lambda light: not isinstance(light, SunLight))
-        each = sum(isinstance(light, SunLight) for light in shining)
-    fields = {
-        "kind": np.zeros(count, np.int64),
-        "color": np.zeros((count, 3), np.float32),
-        "position": np.zeros((count, 3), np.float32),
-        "axis_u": np.zeros((count, 3), np.float32),
-        "axis_v": np.zeros((count, 3), np.float32),
-        "normal": np.zeros((count, 3), np.float32),
-        "size": np.zeros(count, np.float32),
-        "area": np.zeros(count, np.float32),
-        "visibility": np.array(
-            [light.visibility | (0 if light.cast_shadow else SHINES_THROUGH) for light in shining], np.uint32
-        ),
-        "cast_shadow": np.array([light.cast_shadow for light in shining], bool),
-        "spot": np.zeros(count, bool),
-        "to_spot": np.zeros((count, 3, 3), np.float32),
-        "spot_cosine": np.zeros(count, np.float32),
-        "spot_edge": np.zeros(count, np.float32),
-    }
-    for i, light in enumerate(shining):
-        _check_light(light)
-        row = {name: array[i : i + 1] for name, array in fields.items()}
-        if isinstance(light, AreaLight):
-            _pack_area(row, light, center)
-        elif isinstance(light, SunLight):
-            _pack_sun(row, light)
-        else:
-            _pack_point(row, light, center)
-    is_sun = fields["kind"] == IS_SUN
-    fields["shared_area"] = np.where(fields["cast_shadow"], fields["area"], np.float32(0))
-    fields["extended"] = (fields["kind"] != IS_POINT) & ~(is_sun & (fields["size"] == 0))
-    tree = build_light_tree(_emitters([fields[name][each:] for name in _OF_EMITTERS], shining[each:]))
-    return LightArrays(**fields, each=each, tree=tree)
-
-
-_OF_EMITTERS = ("position", "axis_u", "axis_v", "normal", "size", "color")
-
-
-def _emitters(arrays: list[np.ndarray], lights: Sequence[Light]) -> Emitters:
-    """The lamps as `light_choice` sees them."""
-    position, axis_u, axis_v, normal, size, color = (array.astype(np.float64) for array in arrays)
-    is_area = np.array([isinstance(light, AreaLight) for light in lights], bool)
-    is_spot = np.array([isinstance(light, SpotLight) for light in lights], bool)
-    reach = np.where(is_area[:, None], (np.abs(axis_u) + np.abs(axis_v)) / 2, size[:, None])
-    axis = normal.copy()
-    axis[~is_area] = 0, 0, 1
-    falloff = np.full(len(lights), np.pi / 2)
-    for k in np.flatnonzero(is_spot):
-        axis[k], falloff[k] = _spot_cone(lights[k])
-    return Emitters(
-        low=position - reach,
-        high=position + reach,
-        axis=axis,
-        cone=np.where(is_area | is_spot, 0.0, np.pi),
-        falloff=falloff,
-        two_sided=np.zeros(len(lights), bool),
-        power=np.abs(color).mean(axis=1),
-    )
-
-
-def _spot_cone(light: SpotLight) -> tuple[np.ndarray, float]:
-    """Where a spot looks, and how far off that it shines, radians: of a stretched one, anywhere."""
-    matrix = np.array(light.matrix, np.float64)[:3, :3]
-    squares = matrix.T @ matrix
-    is_round = np.allclose(squares, squares[0, 0] * np.eye(3), rtol=1e-3, atol=1e-3 * squares[0, 0])
-    return -matrix[:, 2] / max(np.sqrt(squares[2, 2]), 1e-30), light.spot_size / 2 if is_round else np.pi
-
-
-def _check_light(light: Light) -> None:
-    for name, value in vars(light).items():
-        if not isinstance(value, str) and not np.isfinite(value).all():
-            raise SceneError(f"lamp {light.name!r}: its {name.replace('_', ' ')} is not a finite number")
-    if isinstance(light, SunLight):
-        if not 0 <= light.angle <= np.pi:
-            raise SceneError(f"lamp {light.name!r}: a sun's angle must lie between 0° and 180°")
-        if not np.any(light.direction):
-            raise SceneError(f"lamp {light.name!r}: a sun's direction must not be zero")
-    elif isinstance(light, PointLight) and light.radius < 0:
-        raise SceneError(f"lamp {light.name!r}: its radius must not be negative")
-    elif isinstance(light, AreaLight) and light.shape not in ("rectangle", "ellipse"):
-        raise SceneError(f"lamp {light.name!r}: its shape is {light.shape!r}, choose rectangle or ellipse")
-
-
-def _strength(light: Light) -> tuple[float, float, float]:
-    return light.irradiance if isinstance(light, SunLight) else light.power
-
-
-def _pack_area(row: dict[str, np.ndarray], light: AreaLight, center: np.ndarray) -> None:
-    normal = np.cross(light.axis_v, light.axis_u)
-    length = np.linalg.norm(normal)
-    row["kind"][:] = IS_RECTANGLE if light.shape == "rectangle" else IS_ELLIPSE
-    # Radiance P / (π area), times the area that a uniform point stands for, times the surface's 1/π.
-    row["color"][:] = np.array(light.power) / np.pi**2
-    row["position"][:] = np.array(light.center) - center
-    row["axis_u"][:], row["axis_v"][:] = light.axis_u, light.axis_v
-    row["normal"][:] = normal / length if length > 0 else 0
-    row["area"][:] = length if light.shape == "rectangle" else length * np.pi / 4
-
-
-def _pack_sun(row: dict[str, np.ndarray], light: SunLight) -> None:
-    row["kind"][:] = IS_SUN
-    row["color"][:] = np.array(light.irradiance) / np.pi
-    row["position"][:] = np.array(light.direction) / np.linalg.norm(light.direction)
-    row["size"][:] = 2 * np.sin(light.angle / 4) ** 2
-    row["area"][:] = np.pi * np.sin(light.angle / 2) ** 2
-
-
-def _pack_point(row: dict[str, np.ndarray], light: PointLight, center: np.ndarray) -> None:
-    row["kind"][:] = IS_POINT if light.radius == 0 else IS_FACING_DISK if light.soft_falloff else IS_SPHERE
-    # Radiant intensity P / 4π, times the surface's 1/π.
-    row["color"][:] = np.array(light.power) / (4 * np.pi**2)
-    row["position"][:] = np.array(light.position) - center
-    row["size"][:] = light.radius
-    row["area"][:] = np.pi * light.radius**2
-    if isinstance(light, SpotLight):
-        cosine = np.cos(light.spot_size / 2)
-        width = (1 - cosine) * light.blend
-        row["spot"][:] = True
-        row["to_spot"][:] = np.linalg.pinv(np.array(light.matrix, np.float64)[:3, :3])
-        row["spot_cosine"][:] = cosine
-        row["spot_edge"][:] = min(1 / width, _HARD_EDGE) if width > 0 else _HARD_EDGE
 
 
 @kernel
@@ -220,10 +52,12 @@ def sample_light(batch: Batch, lights: LightArrays, light: int, packets: int) ->
             for i in range(at, at + LANES):
                 s, t = f[i + POINT] - _HALF, f[i + POINT + Y] - _HALF
                 _to_area(f, i, ox, oy, oz, ax, ay, az, bx, by, bz, nx, ny, nz, s, t)
+            _look_closer(f, lights, light, at)
         elif kind == IS_ELLIPSE:
             for i in range(at, at + LANES):
                 s, t = square_to_disk(f[i + POINT], f[i + POINT + Y])
                 _to_area(f, i, ox, oy, oz, ax, ay, az, bx, by, bz, nx, ny, nz, s * _HALF, t * _HALF)
+            _look_closer(f, lights, light, at)
         elif kind == IS_SPHERE:
             for i in range(at, at + LANES):
                 _to_sphere(f, i, ox, oy, oz, size)
@@ -262,6 +96,7 @@ def sample_chosen_lights(batch: Batch, lights: LightArrays, packets: int) -> Non
                 bx, by, bz = b[light, 0], b[light, 1], b[light, 2]
                 nx, ny, nz = n[light, 0], n[light, 1], n[light, 2]
                 _to_area(f, i, ox, oy, oz, ax, ay, az, bx, by, bz, nx, ny, nz, s, t)
+                _look_closer_from(f, lights, light, i)
             elif kind == IS_SPHERE:
                 _to_sphere(f, i, ox, oy, oz, size)
             elif kind == IS_FACING_DISK:
@@ -337,6 +172,32 @@ def _to_area(
 
 
 @device
+def _look_closer(f: np.ndarray, lights: LightArrays, light: int, at: int) -> None:
+    """`_look_closer_from` every lane of the packet from `at`, where any is near: it would keep the rest from SIMD."""
+    near = 0
+    for i in range(at, at + LANES):
+        near += is_near(lights, light, f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z])
+    if near > 0:
+        for i in range(at, at + LANES):
+            _look_closer_from(f, lights, light, i)
+
+
+@subroutine
+def _look_closer_from(f: np.ndarray, lights: LightArrays, light: int, i: int) -> None:
+    """Choose a point of an area light anew, by its solid angle, if lane i is near to it.
+
+    For an ellipse it is that of the parallelogram around it, and what misses the ellipse brings nothing.
+    """
+    x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
+    if not is_near(lights, light, x, y, z):
+        return
+    dx, dy, dz, angle = look_at_area(lights, light, x, y, z, f[i + POINT], f[i + POINT + Y])
+    reach, facing, is_met = meet_area(lights, light, x, y, z, dx, dy, dz)
+    lit = (facing > _ZERO) & (is_met | (lights.kind[light] == IS_RECTANGLE))
+    _aim(f, i, dx, dy, dz, reach if lit else _ZERO, angle / lights.area[light] if lit else _ZERO)
+
+
+@device
 def _to_point(f: np.ndarray, i: int, ox: float, oy: float, oz: float) -> None:
     dx, dy, dz = ox - f[i + POSITION], oy - f[i + POSITION + Y], oz - f[i + POSITION + Z]
     square = dx * dx + dy * dy + dz * dz
@@ -347,19 +208,16 @@ def _to_point(f: np.ndarray, i: int, ox: float, oy: float, oz: float) -> None:
 
 @device
 def _to_facing_disk(f: np.ndarray, i: int, ox: float, oy: float, oz: float, radius: float) -> None:
-    """A disk that faces the surface."""
-    dx, dy, dz = ox - f[i + POSITION], oy - f[i + POSITION + Y], oz - f[i + POSITION + Z]
-    distance = np.float32(math.sqrt(dx * dx + dy * dy + dz * dz))
+    """A disk that faces the surface: directions even over the cap that it fills, at most half of all."""
+    cx, cy, cz = ox - f[i + POSITION], oy - f[i + POSITION + Y], oz - f[i + POSITION + Z]
+    square = cx * cx + cy * cy + cz * cz
+    distance = np.float32(math.sqrt(square))
     scale = _ONE / distance if distance > _ZERO else _ZERO
-    ax, ay, az, bx, by, bz = tangents(dx * scale, dy * scale, dz * scale)
-    s, t = square_to_disk(f[i + POINT], f[i + POINT + Y])
-    s, t = s * radius, t * radius
-    dx, dy, dz = dx + s * ax + t * bx, dy + s * ay + t * by, dz + s * az + t * bz
-    square = dx * dx + dy * dy + dz * dz
-    length = np.float32(math.sqrt(square))
-    cosine = min(distance / length, _ONE)
-    # The surface's cosine to come is longer by |d|.
-    _aim(f, i, dx, dy, dz, _ONE, cosine / (square * length) if square > _ZERO else _ZERO)
+    cap = one_minus_cos(radius * radius / (square + radius * radius))
+    lx, ly, lz = square_to_cap(f[i + POINT], f[i + POINT + Y], cap)
+    dx, dy, dz = to_world(lx, ly, lz, cx * scale, cy * scale, cz * scale)
+    lit = (distance > _ZERO) & (lz > _ZERO)
+    _aim(f, i, dx, dy, dz, distance / lz if lit else _ZERO, _TWO * cap / (radius * radius) if lit else _ZERO)
 
 
 @device

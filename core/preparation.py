@@ -20,7 +20,7 @@ from .environment import NO_ENVIRONMENT
 from .film import new_tile_sums
 from .filters import offset_table
 from .integrator import Frame, Limits, Points, Ways, render_blocks
-from .lights import LightArrays, pack_lights
+from .light_arrays import LightArrays, pack_lights
 from .materials import fill_constants
 from .mesh_lights import find_mesh_lights
 from .packing import PackedScene, pack_scene

@@ -50,6 +50,7 @@ class Camera:
     aperture_blades: int = 0
     aperture_rotation: float = 0.0
     aperture_ratio: float = 1.0
+    name: str = ""
 
 
 @dataclass(frozen=True, eq=False)

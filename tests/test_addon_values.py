@@ -122,13 +122,32 @@ def tile_of_an_image(socket):
     mapped(node.inputs["Vector"], "POINT")
 
 
-@case
-def texture_in_a_group_whose_vector_is_not_linked(socket):
+def vector_to_color(vector, hide_value=False):
+    """A group with these sockets, and the socket within it that makes its Color."""
     tree = bpy.data.node_groups.new("Group", "ShaderNodeTree")
-    tree.interface.new_socket("Vector", in_out="INPUT", socket_type="NodeSocketVector").default_value = (0.7, 0.2, 0)
+    made = tree.interface.new_socket("Vector", in_out="INPUT", socket_type="NodeSocketVector")
+    made.default_value, made.hide_value = vector, hide_value
     tree.interface.new_socket("Color", in_out="OUTPUT", socket_type="NodeSocketColor")
-    node = picture(tree.nodes.new("NodeGroupOutput").inputs[0])
-    feed(node.inputs["Vector"], "NodeGroupInput")
+    return tree, tree.nodes.new("NodeGroupOutput").inputs[0]
+
+
+@case
+def texture_in_a_group_whose_vector_is_not_linked(socket, hide_value=False):
+    tree, color = vector_to_color((0.1, 0.9, 0), hide_value)
+    feed(picture(color).inputs["Vector"], "NodeGroupInput")
+    return feed(socket, "ShaderNodeGroup", node_tree=tree)
+
+
+@case
+def texture_in_a_group_whose_vector_has_no_value(socket):
+    texture_in_a_group_whose_vector_is_not_linked(socket, hide_value=True)
+
+
+@case
+def texture_in_a_group_in_a_group_whose_vector_is_not_linked(socket):
+    tree, color = vector_to_color((0.9, 0.2, 0))
+    inner = texture_in_a_group_whose_vector_is_not_linked(color)
+    feed(inner.inputs["Vector"], "NodeGroupInput")
     feed(socket, "ShaderNodeGroup", node_tree=tree)
 
 

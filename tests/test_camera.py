@@ -309,6 +309,10 @@ def test_the_filters_inverse_distribution_is_exact():
         ({"lens_radius": 0.1, "focus_distance": 0.0}, "focus"),
         ({"lens_radius": 0.1, "focus_distance": math.nan}, "focus"),
         ({"lens_radius": math.nan}, "lens"),
+        ({"lens_radius": -0.1}, "radius"),
+        ({"window": (0.0, 0.0, 0.0, 0.0)}, "too small"),
+        ({"window": (1e6, 1e6 + 1.0, 0.0, 1.0)}, "shift"),
+        ({"name": "Left eye", "clip_end": 0.0}, "camera 'Left eye' .* clip start"),
         ({"lens_radius": 0.1, "aperture_ratio": 0.0}, "ratio"),
     ],
 )

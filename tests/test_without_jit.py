@@ -56,7 +56,8 @@ from core.direct_light import Clamp, add_light, reflect_diffusely
 from core.domains import Run, hash32, look_up_points, make_table, set_of_pixel
 from core.film import add_samples, develop, new_tile_sums
 from core.filters import offset_table
-from core.lights import narrow_to_cone, pack_lights, sample_light
+from core.light_arrays import pack_lights
+from core.lights import narrow_to_cone, sample_light
 from core.packing import pack_scene
 from core.settings import RenderSettings
 from core.shaders import AddShader, Diffuse, Emission, Glossy, Metallic, MixShader, Translucent, Transparent

@@ -4,10 +4,50 @@ from __future__ import annotations
 
 import math
 
-from core import SunLight
-from tests.scenes import irradiance
+import numpy as np
+
+from core import AreaLight, Instance, PointLight, Scene, SpotLight, SunLight
+from core.scene import VISIBLE_TO_ALL, VISIBLE_TO_CAMERA
+from tests.scenes import WHITE, Estimate, camera_down, emitter, floor, irradiance, picture, quad
 
 from .case import Record, case
+
+#: The relative deviation of a cosine over a half-space that is sampled evenly is √(1/3); with what the estimate of it
+#: from 4096 pixels may err, four standard errors.
+EVEN_HALF_SPACE = math.sqrt(1 / 3) * (1 + 4 / math.sqrt(2 * 4096))
+
+
+def square_lamp(size: float, height: float, shape: str = "rectangle", power: float = 1.0) -> AreaLight:
+    """A square or a disk that looks down from above the origin."""
+    return AreaLight((0.0, 0.0, height), (size, 0.0, 0.0), (0.0, size, 0.0), (power,) * 3, shape)
+
+
+def below_square(half: float, height: float) -> float:
+    """The irradiance below the middle of a square of radiance 1 (Lambert 1760)."""
+    slant = math.hypot(half, height)
+    return 4 * half / slant * math.atan(half / slant)
+
+
+def off(found: Estimate, expected: float) -> float:
+    """The relative error of a mean, less three standard errors of it."""
+    return max(abs(float(found.mean) - expected) - 3 * float(found.error), 0) / expected
+
+
+def deviation(scene: Scene, samples: int = 16) -> float:
+    """The relative standard deviation of single random samples, from the spread of the pixels of an even picture."""
+    values = picture(scene, samples=samples, sampler="random", threads=0)
+    return float(values.std() / values.mean() * math.sqrt(samples))
+
+
+def glowing_panel(height: float) -> Instance:
+    """A square of 1 m and radiance 1 above the origin, which the camera does not see."""
+    square = quad((0, 0, height), (1, 0, 0), (0, 1, 0))
+    return Instance(square, materials=(emitter(1.0),), visibility=VISIBLE_TO_ALL & ~VISIBLE_TO_CAMERA)
+
+
+def even_floor(lights: tuple = (), instances: tuple[Instance, ...] = ()) -> Scene:
+    """A spot of floor below the origin so small that all its pixels have the same brightness."""
+    return Scene(camera_down(1e-6, (64, 64)), (Instance(floor(0.01), materials=(WHITE,)), *instances), lights)
 
 
 @case(
@@ -18,7 +58,221 @@ from .case import Record, case
 )
 def sun_of_any_angle(record: Record) -> None:
     """The irradiance that a sun's strength means is that of its middle, cos θ, at every angle below the horizon's."""
-    for degrees in (0.0, 1e-4, 0.01, 0.526, 30.0):
+    for degrees in (0.0, 1e-4, 0.01, 0.526, 30.0, 180.0):
         sun = SunLight((0.0, 0.0, 1.0), (1.0, 1.0, 1.0), math.radians(degrees))
-        found = irradiance([sun], samples=64, seeds=8)
-        record.claim(f"relative error at {degrees:g}°", abs(float(found.mean) - 1.0), at_most=2e-3)
+        record.claim(f"relative error at {degrees:g}°", off(irradiance([sun], samples=64, seeds=8), 1.0), at_most=1e-4)
+
+
+@case(
+    "An area light of almost no and of enormous size",
+    happens="The light is 10⁻⁶ m or 10⁶ m wide.",
+    why="Areas are squares: 10⁻¹² and 10¹² m² leave little of float32's range, and of 10¹² m² that are sampled evenly "
+    "no point falls where the light is near.",
+    rooks="Samples a light by its solid angle from within its diagonal (Peters 2021).",
+)
+def area_light_of_any_size(record: Record) -> None:
+    for size in (1e-6, 1e-3, 1.0, 1e3, 1e6):
+        expected = below_square(size / 2, 1.0) / size**2 / math.pi
+        found = irradiance([square_lamp(size, 1.0)], samples=64, seeds=8)
+        record.claim(f"relative error at {size:g} m", off(found, expected), at_most=1e-4)
+
+
+@case(
+    "An area light just above the surface",
+    happens="Sparks around a lamp that lies on a table, and a dark table between them.",
+    why="Points that are even over the lamp are far from even as seen from the surface: those close by are rare and "
+    "count as 1/distance².",
+    rooks="Samples by solid angle from within the lamp's diagonal.",
+)
+def area_light_at_the_surface(record: Record) -> None:
+    for shape in ("rectangle", "ellipse"):
+        for height in (1.5, 0.1, 1e-2, 1e-4):
+            spread = deviation(even_floor((square_lamp(1.0, height, shape),)))
+            record.claim(f"deviation of a sample, {shape} at {height:g} m", spread, at_most=EVEN_HALF_SPACE)
+    expected = below_square(0.5, 1e-4) / math.pi
+    found = irradiance([square_lamp(1.0, 1e-4)], samples=64, seeds=8)
+    record.claim("relative error at 0.0001 m", off(found, expected), at_most=1e-4)
+
+
+@case(
+    "A glowing mesh just above the surface",
+    happens="Sparks around a glowing panel that lies on a table.",
+    why="As for an area light.",
+    rooks="Rays that scatter find the panel, too, and each way counts by its density (Veach 1997, power heuristic).",
+)
+def mesh_light_at_the_surface(record: Record) -> None:
+    distant = deviation(even_floor(instances=(glowing_panel(1.5),)))
+    for height in (1e-1, 1e-2, 1e-4):
+        near = deviation(even_floor(instances=(glowing_panel(height),)))
+        record.claim(f"at {height:g} m, deviation over that at 1.5 m", near / distant, at_most=5)
+    found = irradiance([], instances=(glowing_panel(1e-3),), samples=64, seeds=8)
+    record.claim("relative error at 0.001 m", off(found, below_square(0.5, 1e-3)), at_most=1e-4)
+
+
+@case(
+    "A light that stands on the surface",
+    happens="Sparks or a dark line where a lamp touches the floor.",
+    why="At the edge the lamp is at no distance, and fills a quarter of all directions.",
+    rooks="Samples by solid angle, whose formulas keep their precision however near the edge is.",
+)
+def light_that_stands_on_the_surface(record: Record) -> None:
+    """A square of 1 m that stands on the floor, seen from the middle of its lower edge, so far before it."""
+    for distance in (1.0, 1e-1, 1e-2, 1e-3, 1e-4):
+        lamp = AreaLight((0.0, -distance, 0.5), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 1.0))
+        found = irradiance([lamp], samples=256, seeds=8)
+        expected = before_standing_square(distance) / math.pi
+        record.claim(f"relative error at {distance:g} m", off(found, expected), at_most=2e-4)
+
+
+def before_standing_square(distance: float) -> float:
+    """The irradiance of a square of 1 m and radiance 1 that stands on the floor before its lower edge's middle.
+
+    Lambert's formula for the rectangle with a corner opposite of the point, twice.
+    """
+    slant = math.hypot(distance, 1.0)
+    return math.atan(0.5 / distance) - distance / slant * math.atan(0.5 / slant)
+
+
+@case(
+    "A light that crosses the surface",
+    happens="A lamp stuck in the floor lights it from below, or not at all.",
+    why="The half below the floor has a negative cosine; a surface in a lamp's plane sees it edge-on.",
+    rooks="Counts what lies above the surface only, at any distance.",
+)
+def light_that_crosses_the_surface(record: Record) -> None:
+    half_sunk = AreaLight((0.0, -0.1, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 2.0), (2.0, 2.0, 2.0))
+    found = irradiance([half_sunk], samples=256, seeds=8)
+    record.claim("relative error, half sunk", off(found, before_standing_square(0.1) / math.pi), at_most=2e-4)
+    in_plane = AreaLight((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (1.0, 1.0, 1.0))
+    record.claim("irradiance in its plane", float(irradiance([in_plane]).mean), at_most=0)
+    behind = AreaLight((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (1.0, 1.0, 1.0))
+    record.claim("irradiance behind it", float(irradiance([behind]).mean), at_most=0)
+    below = square_lamp(1.0, -1.0)
+    record.claim("irradiance from below the floor", float(irradiance([below]).mean), at_most=0)
+
+
+@case(
+    "A light of no area",
+    happens="A lamp scaled to a line or to a point is infinitely bright, or NaN.",
+    why="Radiance is power over area.",
+    rooks="A lamp without area sends no light.",
+)
+def light_without_area(record: Record) -> None:
+    for name, u, v in (("line", (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), ("point", (0.0,) * 3, (0.0,) * 3)):
+        found = irradiance([AreaLight((0.0, 0.0, 1.0), u, v, (1.0, 1.0, 1.0))], seeds=2)
+        record.claim(f"irradiance of a {name}", float(found.mean), at_least=0, at_most=0)
+
+
+@case(
+    "Inside a sphere light",
+    happens="A surface inside a lamp is black, or NaN.",
+    why="The cone that a sphere fills has a sine of radius/distance, which is above 1 inside.",
+    rooks="From inside, all directions are sampled: the irradiance is π times the lamp's radiance everywhere.",
+)
+def inside_a_sphere_light(record: Record) -> None:
+    for height in (0.0, 0.5, 0.999):
+        lamp = PointLight((0.0, 0.0, height), (1.0, 1.0, 1.0), 1.0)
+        found = irradiance([lamp], samples=256, seeds=8)
+        # Radiance P / (4 π² r²).
+        record.claim(f"relative error {height:g} radii off", off(found, 0.25 / math.pi), at_most=2e-4)
+    lamp = PointLight((0.0, 0.0, 1.001), (1.0, 1.0, 1.0), 1.0)
+    expected = 0.25 / math.pi / 1.001**2
+    record.claim("relative error just outside", off(irradiance([lamp], samples=256, seeds=8), expected), at_most=2e-4)
+
+
+@case(
+    "A soft lamp at and inside its radius",
+    happens="Sparks where a lamp with soft falloff touches something.",
+    why="Blender's soft lamp is a disk that faces each point: as an area light, it has close points and far ones.",
+    rooks="Samples the cone that the disk fills, evenly.",
+)
+def soft_lamp_at_the_surface(record: Record) -> None:
+    for height in (1.5, 0.5, 1e-1, 1e-2):
+        lamp = PointLight((0.0, 0.0, height), (1.0, 1.0, 1.0), 0.5, soft_falloff=True)
+        record.claim(f"deviation of a sample at {height:g} m", deviation(even_floor((lamp,))), at_most=EVEN_HALF_SPACE)
+        # A disk of radiance P / (4 π² r²).
+        expected = 1 / (4 * math.pi * (0.25 + height**2))
+        record.claim(f"relative error at {height:g} m", off(irradiance([lamp], seeds=8), expected), at_most=2e-4)
+
+
+@case(
+    "A spot of any cone and blend",
+    happens="Blend 0 divides by the blend's width; a cone of 180° has a cosine of 0.",
+    why="The edge's width is (1 − cos) × blend.",
+    rooks="A width of 0 is a step. Blender's smooth step in the cosine else.",
+)
+def spot_of_any_cone(record: Record) -> None:
+    for degrees in (1.0, 60.0, 180.0):
+        for blend in (0.0, 1.0):
+            spot = SpotLight((0, 0, 1), (4 * math.pi**2,) * 3, spot_size=math.radians(degrees), blend=blend)
+            middle = float(irradiance([spot], seeds=2).mean)
+            record.claim(f"error below {degrees:g}°, blend {blend:g}", abs(middle / math.pi - 1), at_most=1e-5)
+    spot = SpotLight((0, 0, 1), (4 * math.pi**2,) * 3, spot_size=math.pi / 2, blend=0.0)
+    for x, expected in ((0.999, 1.0), (1.001, 0.0)):
+        found = float(irradiance([spot], at=(x, 0, 0), seeds=2).mean) / math.pi * (1 + x * x) ** 1.5
+        record.claim(f"share at {x:g} of a hard edge", found, at_least=expected - 1e-3, at_most=expected + 1e-3)
+
+
+@case(
+    "No power and enormous power",
+    happens="Light of 10¹² W overflows; of 0 W divides 0 by 0.",
+    why="float32 ends at 3·10³⁸, and sums of squares reach there from 10¹⁹ on.",
+    rooks="Sums in float64. Lamps of no power are left out.",
+)
+def light_of_any_power(record: Record) -> None:
+    expected = below_square(0.5, 1.0) / math.pi
+    for power in (1e-12, 1e12, 1e24):
+        found = irradiance([square_lamp(1.0, 1.0, power=power)], seeds=8)
+        record.claim(f"relative error at {power:g} W", off(found, power * expected), at_most=1e-4)
+    record.claim("irradiance at 0 W", float(irradiance([square_lamp(1.0, 1.0, power=0.0)]).mean), at_most=0)
+
+
+@case(
+    "A thousand lights of which one matters",
+    happens="The picture is black but for sparks: one sample in a thousand asks the lamp that shines here.",
+    why="Lamps that are chosen without looking are chosen in vain.",
+    rooks="Chooses by a bound on what each can bring here: power, distance, orientation (Conty and Kulla 2018).",
+)
+def one_light_of_a_thousand(record: Record) -> None:
+    one = square_lamp(0.5, 1.0)
+    rng = np.random.default_rng(5)
+    far = rng.uniform((-90, -90, 10), (90, 90, 30), (999, 3))
+    turned_away = [AreaLight(tuple(place), (1.0, 0, 0), (0, -1.0, 0), (1.0,) * 3) for place in far.tolist()]
+    distant = [PointLight(tuple(place), (1e-3,) * 3, 0.1) for place in far.tolist()]
+    alone = deviation(even_floor((one,)))
+    expected = below_square(0.25, 1.0) / 0.25 / math.pi
+    for name, others in (("turned away", turned_away), ("far and faint", distant)):
+        lamps = (one, *others)
+        record.claim(
+            f"deviation over that of the one alone, the others {name}",
+            deviation(even_floor(lamps)) / alone,
+            at_most=5,
+        )
+        if others is turned_away:
+            found = irradiance(lamps, samples=64, seeds=8)
+            record.claim(f"relative error, the others {name}", off(found, expected), at_most=1e-3)
+
+
+@case(
+    "A lamp seen edge-on",
+    happens="Noise, or light where there is none, along a lamp's plane.",
+    why="The solid angle of a thin sliver is the difference of large angles.",
+    rooks="The solid angle comes from the volume of three unit vectors, without a difference (Van Oosterom 1983).",
+)
+def lamp_seen_edge_on(record: Record) -> None:
+    """A floor that faces the edge of a lamp, so far off its plane."""
+    for aside in (1.0, 1e-2, 1e-4):
+        lamp = AreaLight((0.0, -aside, 1.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 1.0))
+        values = irradiance([lamp], samples=256, seeds=8)
+        expected = before_standing_part(aside, 0.5, 1.5) / math.pi
+        record.claim(f"relative error {aside:g} m aside", off(values, expected), at_most=1e-3)
+
+
+def before_standing_part(distance: float, low: float, high: float) -> float:
+    """As `before_standing_square`, of the part of a standing strip 1 m wide between two heights."""
+
+    def above(height: float) -> float:
+        slant = math.hypot(distance, height)
+        return distance / slant * math.atan(0.5 / slant)
+
+    return above(low) - above(high)
