@@ -34,6 +34,15 @@ print("enabled in ms:", 1000 * (time.perf_counter() - before))
 heavy = {{"numpy", "numba", "llvmlite", "embreex", "matplotlib", "PIL"}} & (set(sys.modules) - loaded)
 assert not heavy, f"enabling the extension imports {{heavy}}, which can wait for the first render"
 """
+SPEAK_GERMAN = f"""
+import bpy
+from {EXTENSION}.addon import progress, translations
+from {EXTENSION}.core import RenderSettings
+bpy.context.preferences.view.language = "de_DE"
+settings = RenderSettings(samples=17, sampler="random")
+error = bpy.app.translations.pgettext_iface("Sampling Error")
+print("in German:", ", ".join((progress.sample_text(settings), progress.sampler_label("regular"), error)))
+"""
 
 
 class CheckError(Exception):
@@ -86,6 +95,7 @@ def main() -> None:
             renders(blender, home)
             refuses(blender, home)
             compares(blender, home)
+            speaks_german(blender)
             starts_quickly(blender)
         except CheckError as failure:
             sys.exit(f"FAILED: {failure}")
@@ -162,6 +172,15 @@ def compares(blender: Blender, home: Path) -> None:
     if code != 2 or "unknown sampler 'nonsense'" not in printed or (home / "refused").exists():
         raise CheckError(f"a sampler that does not exist is not refused, exit code {code}:\n{printed}")
     print("ok: compares samplers, and refuses an unknown one with exit code 2", flush=True)
+
+
+def speaks_german(blender: Blender) -> None:
+    """In German, status lines and the names of settings are German, and German for what Rooks means by them."""
+    script = ("--background", "--python-exit-code", "9", "--python-expr", SPEAK_GERMAN)
+    said = re.search(r"in German: (.*)", blender.succeed(*script))[1]
+    if said != "17 Abtastwerte pro Pixel, Regelmäßig, Abtastfehler":
+        raise CheckError(f"in German it says: {said}")
+    print("ok: speaks German", flush=True)
 
 
 def starts_quickly(blender: Blender) -> None:

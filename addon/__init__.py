@@ -24,8 +24,9 @@ def register() -> None:
         return
     import bpy
 
-    from . import compare_operators, engine, handlers, presets, properties, ui
+    from . import compare_operators, engine, handlers, presets, properties, translations, ui
 
+    translations.register()
     properties.register()
     bpy.utils.register_class(engine.RooksRenderEngine)
     compare_operators.register()
@@ -47,7 +48,7 @@ def unregister() -> None:
     atexit.unregister(unregister)
     import bpy
 
-    from . import compare_operators, engine, handlers, presets, properties, ui
+    from . import compare_operators, engine, handlers, presets, properties, translations, ui
 
     bpy.utils.unregister_cli_command(_command)
     handlers.unregister()
@@ -56,6 +57,7 @@ def unregister() -> None:
     compare_operators.unregister()
     bpy.utils.unregister_class(engine.RooksRenderEngine)
     properties.unregister()
+    translations.unregister()
 
 
 def _run_command(arguments: list[str]) -> int:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ._core import core
 
@@ -48,7 +49,8 @@ def frame_resolution(render: bpy.types.RenderSettings) -> tuple[int, int]:
 
 
 def no_camera_text(scene: bpy.types.Scene) -> str:
-    return f'the scene "{scene.name}" has no camera: add one, or make one the active camera in the Scene properties'
+    text = rpt_('the scene "{name}" has no camera: add one, or make one the active camera in the Scene properties')
+    return text.format(name=scene.name)
 
 
 def view_window(camera: bpy.types.Camera, resolution: tuple[int, int], pixel_aspect: tuple[float, float]) -> Window:
@@ -68,22 +70,23 @@ def view_window(camera: bpy.types.Camera, resolution: tuple[int, int], pixel_asp
 
 def check_kind(camera: bpy.types.Object) -> None:
     if camera.type != "CAMERA":
-        raise core.errors.SceneError(
-            f'the scene looks through "{camera.name}", which is not a camera: make a camera object the active camera'
-        )
+        text = rpt_('the scene looks through "{name}", which is not a camera: make a camera object the active camera')
+        raise core.errors.SceneError(text.format(name=camera.name))
     if camera.data.type not in ("PERSP", "ORTHO"):
-        kind = {"PANO": "panoramic"}.get(camera.data.type, camera.data.type.lower())
-        raise core.errors.SceneError(
-            f'the camera "{camera.name}" is {kind}, which Rooks cannot render: '
+        kind = {"PANO": rpt_("panoramic")}.get(camera.data.type, camera.data.type.lower())
+        text = rpt_(
+            'the camera "{name}" is {kind}, which Rooks cannot render: '
             "set its type to Perspective or Orthographic in the camera's Lens panel"
         )
+        raise core.errors.SceneError(text.format(name=camera.name, kind=kind))
 
 
 def _without_scale(camera: bpy.types.Object) -> np.ndarray:
     matrix = np.array(camera.matrix_world, dtype=np.float64)
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
     if not np.isfinite(matrix).all() or not lengths.all():
-        raise core.errors.SceneError(f'the camera "{camera.name}" has a scale of 0 or a position that is not a number')
+        text = rpt_('the camera "{name}" has a scale of 0 or a position that is not a number')
+        raise core.errors.SceneError(text.format(name=camera.name))
     matrix[:3, :3] /= lengths
     return matrix
 

@@ -7,14 +7,16 @@ shows the result in an image editor when it is done. Without a window the operat
 from __future__ import annotations
 
 import tempfile
-import traceback
 from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import comparing
 from ._core import core
+from .failures import failure_text
 
 LOOK_EVERY = 0.1  # seconds
 
@@ -78,7 +80,8 @@ class ROOKS_OT_compare_samplers(bpy.types.Operator):
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         if not worker.is_done:
-            context.workspace.status_text_set(f"Comparing samplers: {progress_text(worker)} (Esc: cancel)")
+            text = iface_("Comparing samplers: {progress} (Esc: cancel)").format(progress=progress_text(worker))
+            context.workspace.status_text_set(text)
             _redraw_properties(context)
             return {"PASS_THROUGH"}
         _end(context)
@@ -104,7 +107,7 @@ class ROOKS_OT_compare_samplers(bpy.types.Operator):
         scene = context.scene
         wishes = scene.rooks.comparison
         if not wishes.samplers:
-            raise core.errors.SettingsError("no samplers are chosen: choose some in the Compare Samplers panel")
+            raise core.errors.SettingsError(rpt_("no samplers are chosen: choose some in the Compare Samplers panel"))
         counts = comparing.parse_counts(wishes.counts)
         folder = _folder(context, wishes.folder)
         comparing.check_folder(folder)
@@ -117,19 +120,17 @@ class ROOKS_OT_compare_samplers(bpy.types.Operator):
 
     def _finish(self, context: bpy.types.Context, outcome: comparing.Outcome | None) -> set[str]:
         if outcome is None:
-            self.report({"INFO"}, "Comparing samplers was cancelled")
+            self.report({"INFO"}, rpt_("Comparing samplers was cancelled"))
             return {"CANCELLED"}
         _show(context, outcome.files[0])
-        self.report({"INFO"}, f"{outcome.recommendation} (saved in {outcome.files[0].parent})")
+        said = rpt_("{recommendation} (saved in {folder})").format(
+            recommendation=outcome.recommendation, folder=outcome.files[0].parent
+        )
+        self.report({"INFO"}, said)
         return {"FINISHED"}
 
     def _fail(self, error: Exception) -> set[str]:
-        text = str(error)
-        if not isinstance(error, core.errors.RooksError):
-            # A bug: unlike a user's mistake it deserves a traceback.
-            traceback.print_exception(error)
-            text = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
-        self.report({"ERROR"}, text)
+        self.report({"ERROR"}, failure_text(error))
         return {"CANCELLED"}
 
 
@@ -149,7 +150,7 @@ class ROOKS_OT_cancel_comparison(bpy.types.Operator):
 
 
 def progress_text(worker: comparing.Worker) -> str:
-    return "stopping" if worker.is_cancelled else f"{worker.share:.0%}, {worker.doing}"
+    return iface_("stopping") if worker.is_cancelled else f"{worker.share:.0%}, {iface_(worker.doing)}"
 
 
 def _folder(context: bpy.types.Context, chosen: str) -> Path:
@@ -157,7 +158,8 @@ def _folder(context: bpy.types.Context, chosen: str) -> Path:
     if not chosen:
         return Path(context.preferences.filepaths.temporary_directory or tempfile.gettempdir())
     if chosen.startswith("//") and not bpy.data.filepath:
-        raise core.errors.OutputError(f"{chosen} lies beside the .blend file, which has not been saved: save it first")
+        text = rpt_("{folder} lies beside the .blend file, which has not been saved: save it first")
+        raise core.errors.OutputError(text.format(folder=chosen))
     return Path(bpy.path.abspath(chosen))
 
 

@@ -5,9 +5,7 @@ Nothing here touches bpy, so that it may run in a thread while Blender's window 
 
 from __future__ import annotations
 
-import sys
 import threading
-import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -133,14 +131,13 @@ class Worker:
     def _run(self) -> None:
         try:
             self.outcome = compare(self._plan, self._tell, self._cancelled.is_set)
-        except core.errors.RooksError as error:
-            self.error = str(error)
         except Exception as error:
             if "interpreter shutdown" in str(error):
                 return  # Blender was closed, and Python starts no more threads
-            # A bug: unlike a user's mistake it deserves a traceback.
-            traceback.print_exc(file=sys.stderr)
-            self.error = f"internal error: {type(error).__name__}: {error}".splitlines()[0]
+            # Here, because it needs bpy, which is not there yet when the command line loads this module.
+            from .failures import failure_text
+
+            self.error = failure_text(error)
 
     def _tell(self, share: float, doing: str) -> None:
         self.share, self.doing = share, doing

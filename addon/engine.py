@@ -13,6 +13,8 @@ import time
 import weakref
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import kernels, watch
 from ._core import core
@@ -75,12 +77,12 @@ class RooksRenderEngine(bpy.types.RenderEngine):
             self._render(depsgraph)
         except KeyboardInterrupt:
             watch.worn().interrupted = True
-            self._fail("interrupted")
+            self._fail(rpt_("interrupted"))
         except Exception as error:
             self._fail(failure_text(error, watch.worn().err))
 
     def _render(self, depsgraph: bpy.types.Depsgraph) -> None:
-        self.update_stats("", "Reading the scene")
+        self.update_stats("", iface_("Reading the scene"))
         # Here, because Blender's start has no need of it.
         from .camera import export_camera
         from .export import export_scene
@@ -95,10 +97,10 @@ class RooksRenderEngine(bpy.types.RenderEngine):
 
         left, bottom = settings.border[:2] if settings.border else (0, 0)
         layer = depsgraph.view_layer_eval.name
-        self.update_stats("", "Loading the renderer")
+        self.update_stats("", iface_("Loading the renderer"))
         if not kernels.wait_for_kernels(self._tell_compiling, self.test_break):
             return
-        self.update_stats("", "Preparing the scene")
+        self.update_stats("", iface_("Preparing the scene"))
 
         progress, told = Progress(settings), -math.inf
 
@@ -161,9 +163,9 @@ def _losses(film: core.Film) -> list[str]:
     """What of the picture could not be written as it was computed."""
     losses = []
     if film.dropped_samples:
-        losses.append(f"{film.dropped_samples} samples were not finite numbers and were left out")
+        text = rpt_("{count} samples were not finite numbers and were left out")
+        losses.append(text.format(count=film.dropped_samples))
     if film.negative_pixels:
-        losses.append(
-            f"{film.negative_pixels} pixels were negative, by lamps or emission below 0, and are black instead"
-        )
+        text = rpt_("{count} pixels were negative, by lamps or emission below 0, and are black instead")
+        losses.append(text.format(count=film.negative_pixels))
     return losses

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import bpy
 import numpy as np
+from bpy.app.translations import pgettext_n as n_
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ._core import core
 from .kept import Kept, KeptMesh
@@ -22,11 +24,11 @@ from .world import export_world
 
 #: Kinds of object that Blender renders and that are not turned into meshes.
 NOT_MODELLED = {
-    "CURVES": "hair curves",
-    "POINTCLOUD": "a point cloud",
-    "VOLUME": "a volume",
-    "GREASEPENCIL": "a grease pencil",
-    "GPENCIL": "a grease pencil",
+    "CURVES": n_("hair curves"),
+    "POINTCLOUD": n_("a point cloud"),
+    "VOLUME": n_("a volume"),
+    "GREASEPENCIL": n_("a grease pencil"),
+    "GPENCIL": n_("a grease pencil"),
 }
 
 
@@ -56,12 +58,12 @@ def left_out(depsgraph: bpy.types.Depsgraph) -> list[str]:
     """Warnings about what the scene or the view layer asks for and Rooks does not do."""
     render, layer = depsgraph.scene_eval.render, depsgraph.view_layer_eval
     wishes = {
-        "motion blur": render.use_motion_blur,
-        "Freestyle lines": render.use_freestyle,
-        "stereoscopy": render.use_multiview,
-        "view layers without sky, surfaces or hair": not (layer.use_sky and layer.use_solid and layer.use_strand),
+        rpt_("motion blur"): render.use_motion_blur,
+        rpt_("Freestyle lines"): render.use_freestyle,
+        rpt_("stereoscopy"): render.use_multiview,
+        rpt_("view layers without sky, surfaces or hair"): not (layer.use_sky and layer.use_solid and layer.use_strand),
     }
-    return [f"Rooks leaves out {wish}" for wish, is_wanted in wishes.items() if is_wanted]
+    return [rpt_("Rooks leaves out {wish}").format(wish=wish) for wish, is_wanted in wishes.items() if is_wanted]
 
 
 @dataclass(frozen=True)
@@ -103,14 +105,16 @@ class _Walk:
             elif kind == "LIGHT":
                 self._light(instance)
             elif kind in NOT_MODELLED:
-                self.warnings.append(f'object "{instance.object.name}" is {NOT_MODELLED[kind]}: Rooks leaves it out')
+                text = rpt_('object "{name}" is {kind}: Rooks leaves it out')
+                self.warnings.append(text.format(name=instance.object.name, kind=rpt_(NOT_MODELLED[kind])))
         self._kept.meshes = {key: mesh for key, mesh in self._kept.meshes.items() if key in self._met}
 
     def instances(self) -> tuple[core.scene.Instance, ...]:
         matrices = np.array(self._matrices, dtype=np.float64).reshape(-1, 4, 4)
         for index in np.flatnonzero(~np.isfinite(matrices).all(axis=(1, 2))):
             name = self._placed[index][0].name
-            raise core.errors.SceneError(f'object "{name}" is nowhere (its position is NaN or infinite): move it')
+            text = rpt_('object "{name}" is nowhere (its position is NaN or infinite): move it')
+            raise core.errors.SceneError(text.format(name=name))
         return tuple(
             core.scene.Instance(self._kept.meshes[kind.mesh_key].mesh, matrix, kind.materials, visibility, kind.name)
             for (kind, visibility), matrix in zip(self._placed, matrices, strict=True)
@@ -152,16 +156,21 @@ class _Walk:
         if self._kept.meshes[mesh_key].mesh is None:
             # A mesh that only carries instances or particles is empty on purpose.
             if not _is_carrier(obj):
-                self.warnings.append(f'object "{obj.name}" has no faces: there is nothing to render')
+                text = rpt_('object "{name}" has no faces: there is nothing to render')
+                self.warnings.append(text.format(name=obj.name))
             return None
         if obj.original.holdout_get(view_layer=self._depsgraph.view_layer) or obj.is_shadow_catcher:
-            self.warnings.append(f'object "{obj.name}": Rooks renders holdouts and shadow catchers as usual surfaces')
-        self.warnings += [f'object "{obj.name}": {problem}' for problem in linking_problems(obj)]
+            self._warn(obj, rpt_("Rooks renders holdouts and shadow catchers as usual surfaces"))
+        for problem in linking_problems(obj):
+            self._warn(obj, problem)
         if any(_is_hair(system.settings) for system in obj.particle_systems):
-            self.warnings.append(f'object "{obj.name}": Rooks leaves out its hair')
+            self._warn(obj, rpt_("Rooks leaves out its hair"))
         slots = self._slots(obj, obj.data, source)
         self._add_needed(mesh_key, mesh, slots)
         return _Kind(mesh_key, tuple(slot.material for slot in slots), visibility, obj.name)
+
+    def _warn(self, obj: bpy.types.Object, problem: str) -> None:
+        self.warnings.append(rpt_('object "{name}": {problem}').format(name=obj.name, problem=problem))
 
     def _slots(
         self, obj: bpy.types.Object, mesh: bpy.types.Mesh, source: bpy.types.Object

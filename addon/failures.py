@@ -5,6 +5,8 @@ from __future__ import annotations
 import traceback
 from typing import TextIO
 
+from bpy.app.translations import pgettext_rpt as rpt_
+
 from ._core import core
 
 
@@ -13,11 +15,11 @@ def failure_text(error: Exception, err: TextIO | None = None) -> str:
     if isinstance(error, core.errors.RooksError):
         return str(error)
     if isinstance(error, ImportError):
-        return (
-            f"Rooks is not installed completely, or for another Python ({error}): remove it in the preferences, "
+        return rpt_(
+            "Rooks is not installed completely, or for another Python ({error}): remove it in the preferences, "
             "restart Blender, and install the zip again"
-        )
+        ).format(error=error)
     if isinstance(error, MemoryError):
-        return "there is not enough memory for this scene and these settings"
+        return rpt_("there is not enough memory for this scene and these settings")
     traceback.print_exception(error, file=err)
-    return f"internal error: {type(error).__name__}: {error}".splitlines()[0]
+    return rpt_("internal error: {error}").format(error=f"{type(error).__name__}: {error}").splitlines()[0]

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TextIO
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import kernels
 from ._core import core
@@ -41,7 +42,7 @@ def hand_over(scene: bpy.types.Scene, resolution: tuple[int, int], err: TextIO =
     if scene.camera is None:
         raise core.errors.SceneError(no_camera_text(scene))
     if bpy.app.is_job_running("RENDER"):
-        raise core.errors.SceneError("Blender is rendering: wait until it is done, or stop it")
+        raise core.errors.SceneError(rpt_("Blender is rendering: wait until it is done, or stop it"))
     taken: list[tuple[core.scene.Scene, core.settings.RenderSettings]] = []
 
     def take(exported: core.scene.Scene, settings: core.settings.RenderSettings) -> bool:
@@ -61,7 +62,7 @@ def hand_over(scene: bpy.types.Scene, resolution: tuple[int, int], err: TextIO =
         # Not scenes.remove: without a window it crashes Blender 4.3.
         bpy.data.batch_remove([copy])
     if not taken:
-        raise core.errors.SceneError("Blender rendered nothing: switch on a view layer")
+        raise core.errors.SceneError(rpt_("Blender rendered nothing: switch on a view layer"))
     kernels.choose_cache_folder()
     kernels.choose_drawing_folder()
     return Handover(*taken[0], (*watch.warnings, *left_out))

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import attributes, versions
 from ._core import core
 from .arithmetic import affine
-from .nodes import Source, label
+from .nodes import Source
 
 if TYPE_CHECKING:
     from .values import ValueReader
@@ -26,8 +27,7 @@ UNKNOWN_GEOMETRY = {"Backfacing": 0.0, "Pointiness": 0.5, "Random Per Island": 0
 def read_coordinates(reader: ValueReader, source: Source) -> Value:
     """Texture Coordinate."""
     node = source.node
-    if node.from_instancer:
-        reader.losses.add(f"node \"{label(node)}\": the coordinates are the object's own, not its instancer's")
+    _warn_of_instancer(reader, node)
     if source.output.identifier == "UV":
         return reader.uv(node)
     if source.output.identifier == "Object":
@@ -42,8 +42,7 @@ def read_coordinates(reader: ValueReader, source: Source) -> Value:
 def read_uv_map(reader: ValueReader, source: Source) -> Value:
     """UV Map: a map that is named is an attribute of the mesh like others."""
     node = source.node
-    if node.from_instancer:
-        reader.losses.add(f"node \"{label(node)}\": the coordinates are the object's own, not its instancer's")
+    _warn_of_instancer(reader, node)
     return reader.attribute(node.uv_map) if node.uv_map else reader.uv(node)
 
 
@@ -67,7 +66,8 @@ def read_attribute(reader: ValueReader, source: Source) -> Value:
     node = source.node
     if node.attribute_type != "GEOMETRY":
         kind = node.attribute_type.lower().replace("_", " ")
-        reader.losses.add(f'node "{label(node)}": attributes of the {kind} are not read, and taken for 0')
+        problem = rpt_("attributes of the {kind} are not read, and taken for 0").format(kind=kind)
+        reader.losses.add_for(node, problem)
         return 0.0
     return _attribute_output(reader, source, node.attribute_name) if node.attribute_name else 0.0
 
@@ -111,13 +111,19 @@ def read_light_path(reader: ValueReader, source: Source) -> Value:
     return 0.0
 
 
+def _warn_of_instancer(reader: ValueReader, node: bpy.types.Node) -> None:
+    if node.from_instancer:
+        reader.losses.add_for(node, rpt_("the coordinates are the object's own, not its instancer's"))
+
+
 def _object_coordinates(reader: ValueReader, other: bpy.types.Object | None) -> Value:
     """The space of the object that is hit, or that of another one."""
     if other is None:
         return values.OBJECT
     matrix = np.array(other.matrix_world, np.float64)
     if not np.isfinite(matrix).all() or np.linalg.det(matrix) == 0.0:
-        reader.losses.add(f'object "{other.name}", of which coordinates are used, has no size or no place')
+        text = rpt_('object "{name}", of which coordinates are used, has no size or no place')
+        reader.losses.add(text.format(name=other.name))
         return values.OBJECT
     # For the world, coordinates are the direction: as if all that is seen were one metre from the origin.
     return affine(values.OBJECT if reader.of_world else values.WORLD, np.linalg.inv(matrix)[:3])
@@ -125,7 +131,7 @@ def _object_coordinates(reader: ValueReader, other: bpy.types.Object | None) -> 
 
 def _attribute_output(reader: ValueReader, source: Source, name: str) -> Value:
     before = {"Fac": attributes.FACTOR, "Alpha": attributes.OPACITY}.get(source.output.identifier, "")
-    return reader.once(source, f"attribute {before}", lambda: reader.attribute(before + name))
+    return reader.once(source, f"attribute_{before}", lambda: reader.attribute(before + name))
 
 
 def _flipped(color: Value, axes: str) -> Value:

@@ -11,6 +11,7 @@ from contextlib import AbstractContextManager, nullcontext
 
 import bpy
 import numpy as np
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import sequences
 
@@ -49,14 +50,16 @@ class Images:
     def problem_of(self, image: bpy.types.Image | None, user: bpy.types.ImageUser | None = None) -> str | None:
         """What is wrong with an image, if anything."""
         if image is None:
-            return "no image is chosen"
+            return rpt_("no image is chosen")
         if image.source == "MOVIE":
-            return f'image "{image.name}" is a movie, which is not read: save it as a sequence of images'
+            text = rpt_('image "{name}" is a movie, which is not read: save it as a sequence of images')
+            return text.format(name=image.name)
         if image.source == "SEQUENCE" and not sequences.can_be_read():
-            return f'image "{image.name}" is a sequence, which is only read in renders from the command line'
+            text = rpt_('image "{name}" is a sequence, which is only read in renders from the command line')
+            return text.format(name=image.name)
         with self._shown(image, user) as shown:
             if not _has_pixels(shown):
-                return f'image "{image.name}" cannot be loaded'
+                return rpt_('image "{name}" cannot be loaded').format(name=image.name)
             return _problem_of_pixels(shown, image.name)
 
     def _once(
@@ -97,9 +100,11 @@ def _has_pixels(image: bpy.types.Image | None) -> bool:
 def _problem_of_pixels(image: bpy.types.Image, name: str) -> str | None:
     space = image.colorspace_settings.name
     if not image.is_float and space != "sRGB" and space not in UNCHANGED_SPACES:
-        return f'image "{name}" has the colour space {space}, and is read as sRGB'
+        return rpt_('image "{name}" has the colour space {space}, and is read as sRGB').format(name=name, space=space)
     if image.source == "TILED" and len(image.tiles) > 1:
-        return f'only the first tile of image "{name}" is shown, and magenta in place of the others'
+        return rpt_('only the first tile of image "{name}" is shown, and magenta in place of the others').format(
+            name=name
+        )
     return None
 
 

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
 
 from ._core import core
 
@@ -98,7 +99,7 @@ def wait_for_kernels(on_progress: Callable[[float], None], should_cancel: Callab
 
 def progress_text(share: float) -> str:
     """What to tell the user meanwhile."""
-    return f"Compiling kernels, first render only: {share:.0%}"
+    return iface_("Compiling kernels, first render only: {share:.0%}").format(share=share)
 
 
 def stop_compiling() -> None:

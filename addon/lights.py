@@ -12,6 +12,7 @@ import math
 
 import bpy
 import numpy as np
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import versions
 from ._core import core
@@ -36,7 +37,8 @@ def export_light(lamp: bpy.types.Object, matrix: np.ndarray) -> tuple[core.scene
     if not surface_visibility(lamp) or _is_portal(light):
         return None, []
     if not np.isfinite(matrix).all():
-        raise core.errors.SceneError(f'light "{lamp.name}" is nowhere (its position is NaN or infinite): move it')
+        text = rpt_('light "{name}" is nowhere (its position is NaN or infinite): move it')
+        raise core.errors.SceneError(text.format(name=lamp.name))
     emitted, warnings = _shader_color(lamp)
     color = tuple(
         light.energy * tint * shader for tint, shader in zip(versions.light_tint(light), emitted, strict=True)
@@ -60,9 +62,9 @@ def linking_problems(obj: bpy.types.Object) -> list[str]:
     """What Rooks does not do of an object's light linking, if it shines: clauses that go on after its name."""
     problems = []
     if obj.light_linking.receiver_collection is not None:
-        problems.append("Rooks has no light linking, and it lights everything")
+        problems.append(rpt_("Rooks has no light linking, and it lights everything"))
     if obj.light_linking.blocker_collection is not None:
-        problems.append("Rooks has no shadow linking, and everything casts a shadow in its light")
+        problems.append(rpt_("Rooks has no shadow linking, and everything casts a shadow in its light"))
     return problems
 
 
@@ -151,15 +153,19 @@ def _warnings(lamp: bpy.types.Object) -> list[str]:
     """What of a lamp's settings Rooks does not do."""
     light, problems = lamp.data, []
     if light.type == "AREA" and light.spread < math.pi - 1e-4:
-        degrees = math.degrees(light.spread)
-        problems.append(f"Rooks lights every direction, as with a spread of 180°, not {degrees:.0f}°")
+        text = rpt_("Rooks lights every direction, as with a spread of 180°, not {degrees:.0f}°")
+        problems.append(text.format(degrees=math.degrees(light.spread)))
     if lamp.visible_camera:
-        problems.append("Rooks does not show lamps to the camera")
+        problems.append(rpt_("Rooks does not show lamps to the camera"))
     problems += linking_problems(lamp)
     bounces = getattr(getattr(light, "cycles", None), "max_bounces", ALL_BOUNCES)
     if bounces < ALL_BOUNCES:
-        problems.append(f"Rooks does not leave it out after its {bounces} bounces")
-    return [f'light "{lamp.name}": {problem}' for problem in problems]
+        problems.append(rpt_("Rooks does not leave it out after its {count} bounces").format(count=bounces))
+    return [_warning(lamp, problem) for problem in problems]
+
+
+def _warning(lamp: bpy.types.Object, problem: str) -> str:
+    return rpt_('light "{name}": {problem}').format(name=lamp.name, problem=problem)
 
 
 def _shader_color(lamp: bpy.types.Object) -> tuple[Color, list[str]]:
@@ -171,7 +177,8 @@ def _shader_color(lamp: bpy.types.Object) -> tuple[Color, list[str]]:
     emitted = RadianceReader(values, losses).radiance(surface_of(lamp.data.node_tree))
     color = constant_of(emitted)
     if color is None:
-        losses.add(f"its nodes give it light that is not the same everywhere, and what varies is taken for {GREY}")
+        text = rpt_("its nodes give it light that is not the same everywhere, and what varies is taken for {grey}")
+        losses.add(text.format(grey=GREY))
         color = constant_of(emitted, GREY)
     text = losses.warning()
-    return color, [] if text is None else [f'light "{lamp.name}": {text}']
+    return color, [] if text is None else [_warning(lamp, text)]

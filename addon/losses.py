@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from .nodes import Source, label
 
@@ -24,11 +25,16 @@ class Losses:
     def replace_output(self, source: Source, instead: str) -> None:
         """A node is known, but not this output of it."""
         output, node = source.output.name, label(source.node)
-        self._problems.append(f'the output {output} of the node "{node}" is not known, and {instead} taken instead')
+        text = rpt_('the output {output} of the node "{node}" is not known, and {instead} taken instead')
+        self._problems.append(text.format(output=output, node=node, instead=instead))
 
     def ignore(self, what: str, node: bpy.types.Node) -> None:
         """A node is known, but not its setting or input `what`."""
-        self._ignored.append(f'the {what} of the node "{label(node)}"')
+        self._ignored.append(rpt_('the {what} of the node "{node}"').format(what=what, node=label(node)))
+
+    def add_for(self, node: bpy.types.Node, problem: str) -> None:
+        """Something else that is wrong with a node."""
+        self.add(rpt_('node "{name}": {problem}').format(name=label(node), problem=problem))
 
     def add(self, problem: str) -> None:
         """Something else, as a clause that names it."""
@@ -39,8 +45,9 @@ class Losses:
         parts = []
         if self._replaced:
             names = ", ".join(dict.fromkeys(self._replaced))
-            parts.append(f"Rooks does not know the nodes {names} and uses the nearest that it knows")
+            text = rpt_("Rooks does not know the nodes {names} and uses the nearest that it knows")
+            parts.append(text.format(names=names))
         if self._ignored:
-            parts.append(f"Rooks does not use {', '.join(dict.fromkeys(self._ignored))}")
+            parts.append(rpt_("Rooks does not use {parts}").format(parts=", ".join(dict.fromkeys(self._ignored))))
         parts += dict.fromkeys(self._problems)
         return "; ".join(parts) or None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import versions
 from ._core import core
@@ -53,12 +54,13 @@ class MaterialExporter:
         source = surface_of(material.node_tree)
         ignored = warn_of_outputs(material.node_tree, ("Volume", "Displacement"), losses)
         if source is None and "Volume" in ignored:
-            losses.add("it is a volume without a surface, and transparent")
+            losses.add(rpt_("it is a volume without a surface, and transparent"))
             surface = core.shaders.Transparent()
         else:
             surface = reader.shader(source)
         if (text := losses.warning()) is not None:
-            self.warnings.append(f'material "{material.name}": {text}')
+            warning = rpt_('material "{name}": {problem}').format(name=material.name, problem=text)
+            self.warnings.append(warning)
         exported = core.scene.Material(material.name, surface, sample_as_light=_is_sampled(material))
         return ExportedMaterial(exported, values.needs)
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from bpy.app.translations import pgettext_rpt as rpt_
+
 from ._core import core
 from .arithmetic import by_component, product
 from .blackbody import blackbody
-from .nodes import Source, label, socket_value
+from .nodes import Source, socket_value
 
 if TYPE_CHECKING:
     from .values import ValueReader
@@ -30,7 +32,7 @@ def read_mix(reader: ValueReader, source: Source) -> Value:
     """Mix of numbers, vectors or colours."""
     node = source.node
     if node.data_type == "ROTATION":
-        reader.losses.add(f'node "{label(node)}": rotations are not mixed, and taken for 0')
+        reader.losses.add_for(node, rpt_("rotations are not mixed, and taken for 0"))
         return 0.0
     kind = {"FLOAT": "Float", "VECTOR": "Vector", "RGBA": "Color"}[node.data_type]
     a, b = reader.input(source, f"A_{kind}"), reader.input(source, f"B_{kind}")
@@ -60,7 +62,7 @@ def read_map_range(reader: ValueReader, source: Source) -> Value:
     """Map Range of a number or, component by component, of a vector."""
     node = source.node
     if node.interpolation_type == "STEPPED":
-        reader.losses.add(f'node "{label(node)}": its steps are rendered as an even slope')
+        reader.losses.add_for(node, rpt_("its steps are rendered as an even slope"))
     interpolation = {"SMOOTHSTEP": "smoothstep", "SMOOTHERSTEP": "smootherstep"}.get(node.interpolation_type, "linear")
 
     def map_range(*part: Value) -> Value:
@@ -126,7 +128,7 @@ def read_hue_saturation(reader: ValueReader, source: Source) -> Value:
     """Hue/Saturation/Value, of which only the value is known."""
     hue, saturation = reader.input(source, "Hue"), reader.input(source, "Saturation")
     if (hue, saturation) != (0.5, 1.0):
-        reader.losses.add(f'node "{label(source.node)}": its Hue and its Saturation are not used')
+        reader.losses.add_for(source.node, rpt_("its Hue and its Saturation are not used"))
     color = reader.input(source, "Color")
     changed = product(color, reader.input(source, "Value"))
     return values.Mix(reader.input(source, "Fac"), color, changed, clamp_factor=False)
@@ -146,7 +148,7 @@ def _check_mode(reader: ValueReader, source: Source) -> None:
     """Name a node that means other components than red, green and blue, which stand in for them."""
     mode = getattr(source.node, "mode", "RGB")
     if mode != "RGB":
-        reader.losses.add(f'node "{label(source.node)}": its {mode} components are taken for RGB')
+        reader.losses.add_for(source.node, rpt_("its {mode} components are taken for RGB").format(mode=mode))
 
 
 READERS = {

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ._core import core
 from .attributes import find_attribute, is_known, read_attribute
@@ -48,10 +49,11 @@ def export_mesh(mesh: bpy.types.Mesh, name: str) -> core.scene.Mesh | None:
     # Of NaN every comparison is False.
     wrong = len(vertices) - int((np.abs(vertices) < FARTHEST).all(axis=1).sum())
     if wrong:
-        raise core.errors.SceneError(
-            f'object "{name}": {wrong} of its {len(vertices)} vertices are nowhere (NaN or infinity): '
+        text = rpt_(
+            'object "{name}": {wrong} of its {count} vertices are nowhere (NaN or infinity): '
             "mend the mesh or the modifier that makes them, or hide the object from renders"
         )
+        raise core.errors.SceneError(text.format(name=name, wrong=wrong, count=len(vertices)))
     triangles = corner_vertices(mesh)[corners]
     location, size = tuple(mesh.texspace_location), tuple(mesh.texspace_size)
     return core.scene.Mesh(
@@ -83,9 +85,14 @@ def warnings_of(mesh: bpy.types.Mesh, needs: Needs) -> list[str]:
     for name in sorted(needs.attributes):
         attribute = find_attribute(mesh, name)
         if attribute is not None and not is_known(attribute):
-            kind = f"{attribute.data_type} on {attribute.domain}".lower().replace("_", " ")
-            warnings.append(f'mesh "{mesh.name}": Rooks does not read its attribute "{attribute.name}" ({kind})')
+            kind, domain = (word.lower().replace("_", " ") for word in (attribute.data_type, attribute.domain))
+            text = rpt_('Rooks does not read its attribute "{name}" ({kind} on {domain})')
+            warnings.append(_warning(mesh, text.format(name=attribute.name, kind=kind, domain=domain)))
     return warnings
+
+
+def _warning(mesh: bpy.types.Mesh, problem: str) -> str:
+    return rpt_('mesh "{name}": {problem}').format(name=mesh.name, problem=problem)
 
 
 def any_is_deformed() -> bool:
@@ -131,15 +138,15 @@ def _tangent_warnings(mesh: bpy.types.Mesh, uv_maps: frozenset[str]) -> list[str
     found = {layer.name for layer in layers.values() if layer is not None}
     warnings = []
     if len(found) > 1:
-        warnings.append(f'mesh "{mesh.name}": its normal maps use several UV maps, and get one')
+        warnings.append(_warning(mesh, rpt_("its normal maps use several UV maps, and get one")))
     for name in (name for name, layer in layers.items() if layer is None):
         if not name:
-            problem = "it has no UV map for its normal map, which is turned as if u grew along the world's X"
+            problem = rpt_("it has no UV map for its normal map, which is turned as if u grew along the world's X")
         elif found:
-            problem = f'it has no UV map "{name}" for a normal map, which gets another one'
+            problem = rpt_('it has no UV map "{name}" for a normal map, which gets another one')
         else:
-            problem = f'it has no UV map "{name}" for its normal map, which is left out'
-        warnings.append(f'mesh "{mesh.name}": {problem}')
+            problem = rpt_('it has no UV map "{name}" for its normal map, which is left out')
+        warnings.append(_warning(mesh, problem.format(name=name)))
     return warnings
 
 

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import time
 
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
+
 from ._core import core
+
+#: Translations of the samplers' names stand under this: Blender knows some of the words in another sense.
+SAMPLERS_CONTEXT = "Rooks Samplers"
+#: What the user knows the domains as.
+DOMAIN_LABELS = {"pixel": n_("pixel"), "lens": n_("lens"), "light": n_("light"), "bsdf": n_("surface")}
 
 
 class Progress:
@@ -31,30 +39,32 @@ class Progress:
         if self._tile is None:
             return self.intention
         done, total = self._tile.done, self._tile.total
-        text = f"{self.intention}, {done} of {total} tiles"
+        parts = [self.intention, iface_("{done} of {total} tiles").format(done=done, total=total)]
         seconds = time.monotonic() - self._started
-        if self._pixels == 0 or seconds == 0:
-            return text
-        left = seconds / (done - 1) * (total - done)
-        return f"{text}, {speed_text(self._pixels * self._samples / seconds)}, {clock_text(left)} left"
+        if self._pixels > 0 and seconds > 0:
+            left = clock_text(seconds / (done - 1) * (total - done))
+            parts += [speed_text(self._pixels * self._samples / seconds), iface_("{time} left").format(time=left)]
+        return ", ".join(parts)
 
     def finished(self, film: core.Film) -> str:
         """What has been done in the end."""
-        return f"{self.intention}, {'stopped' if film.cancelled else speed_text(film.samples_per_second)}"
+        outcome = iface_("stopped") if film.cancelled else speed_text(film.samples_per_second)
+        return f"{self.intention}, {outcome}"
 
 
 def speed_text(samples_per_second: float) -> str:
-    return f"{samples_per_second / 1e6:.1f} million samples/s"
+    return iface_("{millions:.1f} million samples/s").format(millions=samples_per_second / 1e6)
 
 
 def finished_lines(film: core.Film) -> list[str]:
     """What is worth knowing of a render that is over, a line each."""
-    share = film.finished_pixels / (film.width * film.height)
-    stopped = f", stopped at {share:.0%}" if film.cancelled else ""
-    return [
-        f"Last render: {film.setup_seconds:.1f} s to set up, {film.seconds:.1f} s to trace{stopped}",
-        f"Memory: {film.memory / 1e6:.0f} MB and the picture's own",
-    ]
+    times = iface_("Last render: {setup:.1f} s to set up, {trace:.1f} s to trace").format(
+        setup=film.setup_seconds, trace=film.seconds
+    )
+    if film.cancelled:
+        share = film.finished_pixels / (film.width * film.height)
+        times += ", " + iface_("stopped at {share:.0%}").format(share=share)
+    return [times, iface_("Memory: {megabytes:.0f} MB and the picture's own").format(megabytes=film.memory / 1e6)]
 
 
 def clock_text(seconds: float) -> str:
@@ -64,16 +74,22 @@ def clock_text(seconds: float) -> str:
     return f"{hours}:{minute:02}:{second:02}" if hours else f"{minute}:{second:02}"
 
 
+def sampler_label(name: str) -> str:
+    return iface_(core.samplers.SAMPLERS[name].label, SAMPLERS_CONTEXT)
+
+
 def sampler_text(settings: core.settings.RenderSettings) -> str:
     """The samplers by their names: one, or one for each domain."""
-    labels = {domain: core.samplers.SAMPLERS[name].label for domain, name in settings.samplers.items()}
+    labels = {domain: sampler_label(name) for domain, name in settings.samplers.items()}
     if len(set(labels.values())) == 1:
         return labels["pixel"]
-    return ", ".join(f"{label} ({domain})" for domain, label in labels.items())
+    return ", ".join(f"{label} ({iface_(DOMAIN_LABELS[domain])})" for domain, label in labels.items())
 
 
 def sample_text(settings: core.settings.RenderSettings) -> str:
     """The samples per pixel that are taken, and those asked for where they differ."""
     taken = settings.sample_count
-    asked = "" if taken == settings.samples else f" ({settings.samples} asked for)"
-    return f"{taken} sample{'s' * (taken != 1)} per pixel{asked}"
+    text = iface_("1 sample per pixel") if taken == 1 else iface_("{count} samples per pixel").format(count=taken)
+    if taken == settings.samples:
+        return text
+    return f"{text} ({iface_('{count} asked for').format(count=settings.samples)})"

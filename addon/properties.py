@@ -10,6 +10,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 
 from . import comparing, versions
 from ._core import core
+from .progress import SAMPLERS_CONTEXT
 
 
 def _tag_update(owner: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
@@ -28,7 +29,12 @@ SAMPLER_FLAGS = tuple((*texts, 1 << number) for *texts, number in SAMPLER_ITEMS)
 
 def _sampler(label: str, description: str) -> EnumProperty:
     return EnumProperty(
-        name=label, description=description, items=SAMPLER_ITEMS, default="MULTI_JITTERED", update=_tag_update
+        name=label,
+        description=description,
+        items=SAMPLER_ITEMS,
+        default="MULTI_JITTERED",
+        update=_tag_update,
+        translation_context=SAMPLERS_CONTEXT,
     )
 
 
@@ -51,6 +57,7 @@ class RooksComparisonSettings(bpy.types.PropertyGroup):
         description="The samplers to compare",
         items=SAMPLER_FLAGS,
         options={"ENUM_FLAG"},
+        translation_context=SAMPLERS_CONTEXT,
         default={name.upper() for name in comparing.DEFAULT_SAMPLERS},
     )
     counts: StringProperty(
@@ -179,7 +186,9 @@ class RooksSceneSettings(bpy.types.PropertyGroup):
         default="BOX",
         update=_tag_update,
     )
-    comparison: PointerProperty(type=RooksComparisonSettings)
+    comparison: PointerProperty(
+        type=RooksComparisonSettings, name="Comparison", description="What Compare Samplers measures"
+    )
 
 
 class RooksViewLayerSettings(bpy.types.PropertyGroup):
@@ -228,9 +237,12 @@ CLASSES = (RooksComparisonSettings, RooksSceneSettings, RooksViewLayerSettings, 
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    bpy.types.Scene.rooks = PointerProperty(type=RooksSceneSettings, name="Rooks")
-    bpy.types.ViewLayer.rooks = PointerProperty(type=RooksViewLayerSettings, name="Rooks")
-    bpy.types.Material.rooks = PointerProperty(type=RooksMaterialSettings, name="Rooks")
+    for owner, settings, description in (
+        (bpy.types.Scene, RooksSceneSettings, "How Rooks samples the scene"),
+        (bpy.types.ViewLayer, RooksViewLayerSettings, "What Rooks renders beside the picture"),
+        (bpy.types.Material, RooksMaterialSettings, "What a material is for Rooks beside its nodes"),
+    ):
+        owner.rooks = PointerProperty(type=settings, name="Rooks", description=description)
 
 
 def unregister() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ._core import core
 
@@ -64,7 +65,7 @@ def render_border(render: bpy.types.RenderSettings, resolution: tuple[int, int])
     if (left, bottom, right, top) == (0, 0, width, height):
         return None
     if left >= right or bottom >= top:
-        raise core.errors.SettingsError("the render region is empty: draw it larger, or switch it off")
+        raise core.errors.SettingsError(rpt_("the render region is empty: draw it larger, or switch it off"))
     return left, bottom, right, top
 
 

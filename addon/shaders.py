@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from bpy.app.translations import pgettext_rpt as rpt_
+
 from ._core import core
 from .losses import Losses
-from .nodes import Source, label, trace
+from .nodes import Source, trace
 from .values import Value, ValueReader
 
 shaders = core.shaders
@@ -135,7 +137,8 @@ class ShaderReader:
         chosen = source.node.distribution
         if chosen not in DISTRIBUTIONS and roughness != 0.0:
             name = chosen.replace("_", "-").title()
-            self._losses.add(f'node "{label(source.node)}": its {name} distribution is rendered as GGX')
+            problem = rpt_("its {name} distribution is rendered as GGX").format(name=name)
+            self._losses.add_for(source.node, problem)
         return DISTRIBUTIONS.get(chosen, "ggx")
 
     def _warn_of_inputs(self, source: Source) -> None:

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
+from bpy.app.translations import pgettext_rpt as rpt_
 from mathutils import Euler
 
 from . import versions
 from ._core import core
 from .arithmetic import affine
 from .images import MISSING
-from .nodes import Color, Source, label
+from .nodes import Color, Source
 
 if TYPE_CHECKING:
     from .values import ValueReader
@@ -38,7 +39,8 @@ def read_image(reader: ValueReader, source: Source) -> Value:
     node = source.node
     image, user = node.image, node.image_user
     if node.projection != "FLAT":
-        reader.losses.add(f'node "{label(node)}": its {node.projection.lower()} projection is rendered as flat')
+        problem = rpt_("its {kind} projection is rendered as flat").format(kind=node.projection.lower())
+        reader.losses.add_for(node, problem)
     _check_image(reader, node)
     vector = _coordinates(reader, source, lambda: reader.uv(node))
     is_tile = image is not None and image.source == "TILED"
@@ -62,7 +64,7 @@ def read_panorama(reader: ValueReader, source: Source) -> Value:
     """Environment Texture."""
     node = source.node
     if node.projection != "EQUIRECTANGULAR":
-        reader.losses.add(f'node "{label(node)}": its mirror ball is rendered as an equirectangular panorama')
+        reader.losses.add_for(node, rpt_("its mirror ball is rendered as an equirectangular panorama"))
     _check_image(reader, node)
     # Without a vector it is looked up by the direction in the world, or by the position on a surface.
     direction = _coordinates(reader, source, lambda: reader.generated() if reader.of_world else values.WORLD)
@@ -73,11 +75,12 @@ def read_panorama(reader: ValueReader, source: Source) -> Value:
 
 def read_sky(reader: ValueReader, source: Source) -> Value:
     """Sky Texture, which cannot be evaluated outside of Blender's own engines."""
-    reader.losses.add(
-        f'node "{label(source.node)}": Rooks cannot evaluate a Sky Texture, and shows an even, sunless sky: '
+    problem = rpt_(
+        "Rooks cannot evaluate a Sky Texture, and shows an even, sunless sky: "
         "bake it to an image (render it with Cycles through a panoramic camera) and use an Environment Texture, "
         "with a Sun lamp for the sun"
     )
+    reader.losses.add_for(source.node, problem)
     return EVEN_SKY
 
 
@@ -159,14 +162,15 @@ def _mapped(mapping: bpy.types.TexMapping, vector: Value) -> Value:
 
 def _interpolation(reader: ValueReader, node: bpy.types.Node) -> str:
     if node.interpolation in ("Cubic", "Smart"):
-        reader.losses.add(f'node "{label(node)}": its {node.interpolation.lower()} interpolation is rendered as linear')
+        problem = rpt_("its {kind} interpolation is rendered as linear").format(kind=node.interpolation.lower())
+        reader.losses.add_for(node, problem)
     return "closest" if node.interpolation == "Closest" else "linear"
 
 
 def _check_image(reader: ValueReader, node: bpy.types.Node) -> None:
     problem = reader.images.problem_of(node.image, node.image_user)
     if problem is not None:
-        reader.losses.add(f'node "{label(node)}": {problem}')
+        reader.losses.add_for(node, problem)
 
 
 READERS = {

@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 import bpy
+from bpy.app.translations import pgettext_iface as iface_
+from bpy.app.translations import pgettext_n as n_
 
 from . import compare_operators, engine, pattern_plot, presets, versions
 from ._core import core
 from .engine import ENGINE_ID
-from .progress import sample_text
+from .progress import DOMAIN_LABELS, sample_text, sampler_label
 from .settings import sampling
 
 #: The height of a pattern's plot, in rows of the interface.
 PLOT_SCALE = 9.0
-#: What the user knows the domains as.
-DOMAIN_LABELS = {"pixel": "pixel", "lens": "lens", "light": "light", "bsdf": "surface"}
 #: Kinds of object that rays can see.
 VISIBLE_TYPES = {"MESH", "CURVE", "SURFACE", "META", "FONT", "LIGHT"}
 #: What the four marks of a good point set are called, in the order of `Criteria`.
-MARKS = ("Even in 2-D", "Even in 1-D", "Min Distance", "Irregular")
+MARKS = (n_("Even in 2-D"), n_("Even in 1-D"), n_("Min Distance"), n_("Irregular"))
+#: Which rays see an object, as Blender's properties name them and as the user knows them.
+RAYS = {
+    "camera": n_("Camera"),
+    "diffuse": n_("Diffuse"),
+    "glossy": n_("Glossy"),
+    "transmission": n_("Transmission"),
+    "shadow": n_("Shadow"),
+}
+#: A lamp is neither seen by the camera nor in the way of other lamps.
+LAMP_RAYS = ("diffuse", "glossy", "transmission")
 
 #: Panels for "every engine" that show what Rooks does not do, by how their names begin.
 EXCLUDED_PANELS = (
@@ -31,7 +41,7 @@ EXCLUDED_PANELS = (
     "RENDER_PT_grease_pencil",
     "RENDER_PT_hydra",
     "RENDER_PT_output_views",
-    "RENDER_PT_simplify_grease",
+    "RENDER_PT_simplify",  # it would stand above Sampling: there is one of our own
     "RENDER_PT_stereoscopy",
     "VIEWLAYER_PT_filter",
     "VIEWLAYER_PT_freestyle",
@@ -82,7 +92,7 @@ class ROOKS_RENDER_PT_sampling(_RooksPanel, bpy.types.Panel):
         row.active = not rooks.use_separate_samplers
         row.prop(rooks, "sampler")
         for line in sample_count_lines(rooks) or [sample_text(_sampling_settings(rooks))]:
-            column.label(text=line, icon="INFO")
+            column.label(text=line, icon="INFO", translate=False)
         column.separator()
         row = column.row(align=True)
         row.prop(rooks, "seed")
@@ -117,16 +127,15 @@ class ROOKS_RENDER_PT_pattern(_RooksPanel, bpy.types.Panel):
         settings = _sampling_settings(rooks)
         used_for: dict[str, list[str]] = {}
         for domain, name in settings.samplers.items():
-            used_for.setdefault(name, []).append(DOMAIN_LABELS[domain])
+            used_for.setdefault(name, []).append(iface_(DOMAIN_LABELS[domain]))
         for name, domains in used_for.items():
-            sampler = core.samplers.SAMPLERS[name]
             plot = pattern_plot.plot_of(name, settings.sample_count, rooks.seed)
             column = self.layout.column(align=True)
             column.template_icon(icon_value=plot.icon, scale=PLOT_SCALE)
             where = f" ({', '.join(domains)})" if len(used_for) > 1 else ""
-            _draw_centered(column, sampler.label + where)
+            _draw_centered(column, sampler_label(name) + where)
             _draw_centered(column, point_text(settings.sample_count, plot.count))
-            _draw_verdicts(column, sampler.criteria)
+            _draw_verdicts(column, core.samplers.SAMPLERS[name].criteria)
 
 
 class ROOKS_RENDER_PT_compare(_RooksPanel, bpy.types.Panel):
@@ -145,7 +154,7 @@ class ROOKS_RENDER_PT_compare(_RooksPanel, bpy.types.Panel):
             column.operator("rooks.compare_samplers", icon="RENDER_RESULT")
             return
         row = column.row()
-        row.progress(factor=worker.share, text=compare_operators.progress_text(worker))
+        row.progress(factor=worker.share, text=compare_operators.progress_text(worker), translate=False)
         row.operator("rooks.cancel_comparison", text="", icon="X")
 
 
@@ -166,8 +175,8 @@ class ROOKS_RENDER_PT_bounces(_RooksPanel, bpy.types.Panel):
         column.prop(rooks, "max_bounces", text="Total")
         kinds = column.column(align=True)
         kinds.active = rooks.max_bounces > 0
-        for kind in ("Diffuse", "Glossy", "Transmission"):
-            kinds.prop(rooks, f"{kind.lower()}_bounces", text=kind)
+        for kind in ("diffuse", "glossy", "transmission"):
+            kinds.prop(rooks, f"{kind}_bounces", text=RAYS[kind])
         column.prop(rooks, "transparent_bounces", text="Transparent")
 
 
@@ -180,6 +189,44 @@ class ROOKS_RENDER_PT_clamping(_RooksPanel, bpy.types.Panel):
         column = self.column()
         column.active = rooks.max_bounces > 0
         column.prop(rooks, "clamp_indirect", text="Indirect Light")
+
+
+class ROOKS_RENDER_PT_simplify(_RooksPanel, bpy.types.Panel):
+    """Blender's own, which is registered before ours, would stand above Sampling. Cycles has one of its own, too."""
+
+    bl_label = "Simplify"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.render, "use_simplify", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        pass
+
+
+class ROOKS_RENDER_PT_simplify_viewport(_RooksPanel, bpy.types.Panel):
+    bl_label = "Viewport"
+    bl_parent_id = "ROOKS_RENDER_PT_simplify"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        render = context.scene.render
+        column = self.column()
+        column.active = render.use_simplify
+        column.prop(render, "simplify_subdivision", text="Max Subdivision")
+        column.prop(render, "simplify_child_particles", text="Max Child Particles")
+        column.prop(render, "use_simplify_normals", text="Normals")
+
+
+class ROOKS_RENDER_PT_simplify_render(_RooksPanel, bpy.types.Panel):
+    bl_label = "Render"
+    bl_parent_id = "ROOKS_RENDER_PT_simplify"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        render = context.scene.render
+        column = self.column()
+        column.active = render.use_simplify
+        column.prop(render, "simplify_subdivision_render", text="Max Subdivision")
+        column.prop(render, "simplify_child_particles_render", text="Max Child Particles")
 
 
 class ROOKS_RENDER_PT_film(_RooksPanel, bpy.types.Panel):
@@ -208,7 +255,7 @@ class ROOKS_RENDER_PT_performance(_RooksPanel, bpy.types.Panel):
         row.prop(render, "threads")
         column.prop(context.scene.rooks, "tile_size")
         for line in engine.last_render:
-            column.label(text=line, icon="INFO")
+            column.label(text=line, icon="INFO", translate=False)
 
 
 class ROOKS_VIEWLAYER_PT_passes(_RooksPanel, bpy.types.Panel):
@@ -234,12 +281,9 @@ class ROOKS_OBJECT_PT_ray_visibility(_RooksPanel, bpy.types.Panel):
         return super().poll(context) and context.object is not None and context.object.type in VISIBLE_TYPES
 
     def draw(self, context: bpy.types.Context) -> None:
-        rays = ["diffuse", "glossy", "transmission"]
-        if context.object.type != "LIGHT":
-            rays = ["camera", *rays, "shadow"]
         column = self.column()
-        for ray in rays:
-            column.prop(context.object, f"visible_{ray}", text=ray.title())
+        for ray in LAMP_RAYS if context.object.type == "LIGHT" else RAYS:
+            column.prop(context.object, f"visible_{ray}", text=RAYS[ray])
 
 
 class ROOKS_LIGHT_PT_shadow(_RooksPanel, bpy.types.Panel):
@@ -305,6 +349,9 @@ CLASSES = (
     ROOKS_RENDER_PT_light_paths,
     ROOKS_RENDER_PT_bounces,
     ROOKS_RENDER_PT_clamping,
+    ROOKS_RENDER_PT_simplify,
+    ROOKS_RENDER_PT_simplify_viewport,
+    ROOKS_RENDER_PT_simplify_render,
     ROOKS_RENDER_PT_film,
     ROOKS_RENDER_PT_performance,
     ROOKS_VIEWLAYER_PT_passes,
@@ -322,10 +369,9 @@ def sample_count_lines(rooks: bpy.types.PropertyGroup) -> list[str]:
     taken = _sampling_settings(rooks).sample_count
     if taken == asked:
         return []
-    choosers = [core.samplers.SAMPLERS[name].label for name in sorted(names)]
-    who = choosers[0] if len(choosers) == 1 else "Together they"
-    verb = "takes" if len(choosers) == 1 else "take"
-    return [f"{who} {verb} {taken} samples"]
+    if len(names) > 1:
+        return [iface_("Together they take {count} samples").format(count=taken)]
+    return [iface_("{sampler} takes {count} samples").format(sampler=sampler_label(names.pop()), count=taken)]
 
 
 def _sampling_settings(rooks: bpy.types.PropertyGroup) -> core.settings.RenderSettings:
@@ -334,8 +380,9 @@ def _sampling_settings(rooks: bpy.types.PropertyGroup) -> core.settings.RenderSe
 
 def point_text(count: int, shown: int) -> str:
     """How many points a set has, and how many are in its plot where that is another set."""
-    text = f"{count} point{'s' * (count != 1)}"
-    return text if shown == count else f"{text}; shown: a set of {shown}"
+    if shown != count:
+        return iface_("{count} points; shown: a set of {shown}").format(count=count, shown=shown)
+    return iface_("1 point") if count == 1 else iface_("{count} points").format(count=count)
 
 
 def _has_surface(material: bpy.types.Material | None) -> bool:
@@ -359,7 +406,7 @@ def _draw_nodes(layout: bpy.types.UILayout, id_block: bpy.types.Material | bpy.t
 def _draw_centered(layout: bpy.types.UILayout, text: str) -> None:
     row = layout.row()
     row.alignment = "CENTER"
-    row.label(text=text)
+    row.label(text=text, translate=False)
 
 
 def _draw_verdicts(layout: bpy.types.UILayout, criteria: core.samplers.Criteria) -> None:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Hashable
 from dataclasses import replace
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import attributes, hit_nodes, math_nodes, texture_nodes
 from ._core import core
@@ -18,7 +19,7 @@ from .folding import constant_of
 from .images import Images
 from .losses import Losses
 from .meshes import Needs
-from .nodes import Color, Source, find_input, label, reached_outputs, socket_value, trace
+from .nodes import Color, Source, find_input, reached_outputs, socket_value, trace
 
 core_values = core.values
 Value = core.values.Value
@@ -82,7 +83,7 @@ class ValueReader:
     def uv(self, node: bpy.types.Node) -> Value:
         """The UV map that is active for renders, for a node that asks for it."""
         if self.of_world:
-            self.losses.add(f'node "{label(node)}": there is no UV map, and its coordinates are the direction')
+            self.losses.add_for(node, rpt_("there is no UV map, and its coordinates are the direction"))
             return core_values.GENERATED
         self.needs = replace(self.needs, uvs=True)
         return core_values.UV

@@ -14,6 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+from bpy.app.translations import pgettext_iface as iface_
 
 from . import kernels
 from ._core import core
@@ -110,7 +111,7 @@ class Session:
             return self.error
         if self.activity or self.picture is None:
             return self.activity
-        return f"{self.picture.done} of {self.picture.total} samples"
+        return iface_("{done} of {total} samples").format(done=self.picture.done, total=self.picture.total)
 
     def show_error(self, text: str) -> None:
         """There is nothing to be seen, and this is why."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bpy
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import versions
 from .images import Images
@@ -24,9 +25,9 @@ def export_world(depsgraph: bpy.types.Depsgraph, images: Images) -> tuple[Value,
     radiance = RadianceReader(ValueReader(images, losses, of_world=True), losses).radiance(surface_of(world.node_tree))
     warn_of_outputs(world.node_tree, ("Volume",), losses)
     if hidden := _hidden_from(world):
-        losses.add(f"Rooks shows it to all rays, also to {', '.join(hidden)} rays")
+        losses.add(rpt_("Rooks shows it to all rays, also to {kinds} rays").format(kinds=", ".join(hidden)))
     text = losses.warning()
-    return radiance, [f'world "{world.name}": {text}'] if text else []
+    return radiance, [rpt_('world "{name}": {problem}').format(name=world.name, problem=text)] if text else []
 
 
 def _hidden_from(world: bpy.types.World) -> list[str]:

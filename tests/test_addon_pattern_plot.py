@@ -122,7 +122,7 @@ class Layout:
         self.texts: list[tuple[str, str]] = []
         self.drawn: list[str] = []
 
-    def label(self, text: str = "", icon: str = "NONE") -> None:
+    def label(self, text: str = "", icon: str = "NONE", **_options) -> None:
         self.texts.append((text, icon))
 
     def __getattr__(self, name: str):
