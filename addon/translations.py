@@ -173,62 +173,76 @@ _SAMPLERS = {
     ),
     "Regular": "Regelmäßig",
     "The centres of a regular grid. Even and free of noise, but equal spacing turns fine detail into moiré patterns "
-    "and near-vertical edges into steps": (
+    "and near-vertical edges into steps, the same with any seed. For all but comparison take Jittered": (
         "Die Mitten eines regelmäßigen Gitters. Gleichmäßig und rauschfrei, aber gleiche Abstände machen aus feinen "
-        "Details Moiré und aus fast senkrechten Kanten Stufen"
+        "Details Moiré und aus fast senkrechten Kanten Stufen, mit jedem Startwert dieselben. Außer zum Vergleich "
+        "besser „Verwackelt“"
     ),
     "Random": "Zufällig",
-    "Independent random points. Never aliases, but clumps and gaps make it the noisiest of all": (
-        "Unabhängige Zufallspunkte. Nie Aliasing, aber Klumpen und Lücken machen das stärkste Rauschen von allen"
+    "Independent random points. Never aliases, but clumps and gaps make it the noisiest of all. Take Multi-Jittered "
+    "for less noise at any count": (
+        "Unabhängige Zufallspunkte. Nie Aliasing, aber Klumpen und Lücken machen das stärkste Rauschen von allen. Bei "
+        "jeder Anzahl rauscht „Mehrfach verwackelt“ weniger"
     ),
     "Jittered": "Verwackelt",
     "One random point in each cell of a grid. Even over the square and a good choice for any picture, but uneven along "
-    "each axis, which shows on edges close to horizontal or vertical": (
+    "each axis, which shows on edges close to horizontal or vertical. There take Multi-Jittered": (
         "Ein Zufallspunkt in jeder Zelle eines Gitters. Gleichmäßig über das Quadrat und gut für jedes Bild, aber "
-        "ungleichmäßig auf jeder Achse, was an fast waagrechten oder senkrechten Kanten zu sehen ist"
+        "ungleichmäßig auf jeder Achse, was an fast waagrechten oder senkrechten Kanten zu sehen ist. Dort besser "
+        "„Mehrfach verwackelt“"
     ),
     "N-Rooks": "N Türme",
     "One point in each row and each column of a fine grid. Perfectly even along each axis, good for horizontal and "
-    "vertical edges, but little better than random over the square": (
+    "vertical edges, but little better than random over the square. For all else take Multi-Jittered": (
         "Ein Punkt in jeder Zeile und jeder Spalte eines feinen Gitters. Auf jeder Achse vollkommen gleichmäßig, gut "
-        "für waagrechte und senkrechte Kanten, aber über das Quadrat kaum besser als Zufall"
+        "für waagrechte und senkrechte Kanten, aber über das Quadrat kaum besser als Zufall. Für alles andere besser "
+        "„Mehrfach verwackelt“"
     ),
     "Multi-Jittered": "Mehrfach verwackelt",
     "One point in each cell of a coarse grid and in each row and column of a fine one. Even over the square and along "
-    "each axis: the best all-rounder, though points can still come close to each other": (
+    "each axis: the best all-rounder, though points can still come close to each other. At powers of two Sobol has "
+    "less noise in smooth light": (
         "Ein Punkt in jeder Zelle eines groben Gitters und in jeder Zeile und Spalte eines feinen. Gleichmäßig über "
-        "das Quadrat und auf jeder Achse: der beste Alleskönner, auch wenn Punkte einander noch nahe kommen können"
+        "das Quadrat und auf jeder Achse: der beste Alleskönner, auch wenn Punkte einander noch nahe kommen können. "
+        "Bei Zweierpotenzen rauscht Sobol in glattem Licht weniger"
     ),
     "Hammersley": "Hammersley",
-    "Equal steps in x, mirrored binary digits in y. Even over the square and along each axis, but the same symmetric "
-    "pattern in every pixel, which can alias": (
+    "Equal steps in x, mirrored binary digits in y. Even over the square and along each axis, but the same points in "
+    "every pixel and frame: patterns in place of noise, and a picture that is shifted, by half a pixel with one "
+    "sample. Take Sobol instead": (
         "Gleiche Schritte in x, gespiegelte Binärziffern in y. Gleichmäßig über das Quadrat und auf jeder Achse, aber "
-        "in jedem Pixel dasselbe symmetrische Muster, was Aliasing geben kann"
+        "in jedem Pixel und jedem Bild dieselben Punkte: Muster statt Rauschen und ein verschobenes Bild, mit einem "
+        "Abtastwert um ein halbes Pixel. Besser Sobol"
     ),
     "Sobol, Owen-Scrambled": "Sobol, nach Owen gemischt",
     "Stratified on grids of every shape at once, at random within. The least error where the picture is smooth, and "
-    "good everywhere; best at powers of two": (
+    "good everywhere; best at powers of two. At other counts take Multi-Jittered": (
         "Auf Gittern jeder Form zugleich geschichtet, darin zufällig. Der kleinste Fehler, wo das Bild glatt ist, und "
-        "gut überall; am besten bei Zweierpotenzen"
+        "gut überall; am besten bei Zweierpotenzen. Bei anderen Anzahlen besser „Mehrfach verwackelt“"
     ),
     "Correlated Multi-Jittered": "Korreliert mehrfach verwackelt",
     "Multi-jittered with one shuffle shared by all rows and one by all columns, which keeps the points further apart. "
-    "As good on edges as Sobol, at any count": (
+    "As good on edges as Sobol, at any count. Detail as fine as its points makes more noise: there take "
+    "Multi-Jittered": (
         "Mehrfach verwackelt, mit einer Mischung für alle Zeilen und einer für alle Spalten, was die Punkte weiter "
-        "auseinander hält. An Kanten so gut wie Sobol, bei jeder Anzahl"
+        "auseinander hält. An Kanten so gut wie Sobol, bei jeder Anzahl. Details, so fein wie seine Punkte, rauschen "
+        "mehr: dort besser „Mehrfach verwackelt“"
     ),
     "ZSobol": "ZSobol",
     "One Sobol sequence for the whole picture, shared out along a Z-curve. The same error as Sobol, but spread as "
-    "fine, even grain that the eye averages away": (
+    "fine, even grain that the eye averages away. Powers of two only: for other counts take Multi-Jittered": (
         "Eine Sobol-Folge für das ganze Bild, verteilt entlang einer Z-Kurve. Derselbe Fehler wie bei Sobol, aber als "
-        "feines, gleichmäßiges Korn, über das das Auge mittelt"
+        "feines, gleichmäßiges Korn, über das das Auge mittelt. Nur Zweierpotenzen: für andere Anzahlen „Mehrfach "
+        "verwackelt“"
     ),
     "Fibonacci": "Fibonacci",
     "A lattice turned by the golden ratio and shifted at random. Even over the square and along each axis, and at most "
-    "counts its points keep apart, but it is regular: fine detail can alias": (
+    "counts its points keep apart, but it is regular: where fine detail meets its spacing, all points agree, and the "
+    "noise is that of one. There take Multi-Jittered": (
         "Ein Gitter, nach dem Goldenen Schnitt gedreht und zufällig verschoben. Gleichmäßig über das Quadrat und auf "
-        "jeder Achse, und bei den meisten Anzahlen halten die Punkte Abstand, aber es ist regelmäßig: feine Details "
-        "können Aliasing geben"
+        "jeder Achse, und bei den meisten Anzahlen halten die Punkte Abstand, aber es ist regelmäßig: wo feine Details "
+        "seinen Abstand treffen, sind alle Punkte gleich, und es rauscht wie mit einem. Dort besser „Mehrfach "
+        "verwackelt“"
     ),
 }
 

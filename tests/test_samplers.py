@@ -91,6 +91,12 @@ def test_a_sampler_describes_itself(sampler):
     assert not sampler.description.endswith(".")  # Blender adds the full stop
 
 
+@every_sampler
+def test_a_sampler_says_which_other_one_to_take_where_it_fails(sampler):
+    others = [other.label.partition(",")[0] for other in SAMPLERS.values() if other is not sampler]
+    assert any(label in sampler.description for label in others)
+
+
 def test_none_of_the_six_meets_all_four_criteria():
     assert not any(all(SAMPLERS[name].criteria) for name in TEXTBOOK)
 

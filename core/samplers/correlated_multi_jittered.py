@@ -45,7 +45,8 @@ SAMPLER = Sampler(
     name="correlated_multi_jittered",
     label="Correlated Multi-Jittered",
     description="Multi-jittered with one shuffle shared by all rows and one by all columns, which keeps the points "
-    "further apart. As good on edges as Sobol, at any count",
+    "further apart. As good on edges as Sobol, at any count. Detail as fine as its points makes more noise: there take "
+    "Multi-Jittered",
     number=7,
     origin="Kensler, 2013",
     criteria=Criteria(even_2d=True, even_1d=True, min_distance=False, irregular=True),

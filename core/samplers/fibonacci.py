@@ -43,7 +43,8 @@ SAMPLER = Sampler(
     name="fibonacci",
     label="Fibonacci",
     description="A lattice turned by the golden ratio and shifted at random. Even over the square and along each axis, "
-    "and at most counts its points keep apart, but it is regular: fine detail can alias",
+    "and at most counts its points keep apart, but it is regular: where fine detail meets its spacing, all points "
+    "agree, and the noise is that of one. There take Multi-Jittered",
     number=9,
     origin="Zaremba, 1966",
     criteria=Criteria(even_2d=True, even_1d=True, min_distance=True, irregular=False),

@@ -28,7 +28,7 @@ SAMPLER = Sampler(
     name="jittered",
     label="Jittered",
     description="One random point in each cell of a grid. Even over the square and a good choice for any picture, but "
-    "uneven along each axis, which shows on edges close to horizontal or vertical",
+    "uneven along each axis, which shows on edges close to horizontal or vertical. There take Multi-Jittered",
     number=2,
     origin="Cook, Porter and Carpenter, 1984",
     criteria=Criteria(even_2d=True, even_1d=False, min_distance=False, irregular=True),

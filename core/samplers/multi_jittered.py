@@ -63,7 +63,8 @@ SAMPLER = Sampler(
     name="multi_jittered",
     label="Multi-Jittered",
     description="One point in each cell of a coarse grid and in each row and column of a fine one. Even over the "
-    "square and along each axis: the best all-rounder, though points can still come close to each other",
+    "square and along each axis: the best all-rounder, though points can still come close to each other. At "
+    "powers of two Sobol has less noise in smooth light",
     number=4,
     origin="Chiu, Shirley and Wang, 1994",
     criteria=Criteria(even_2d=True, even_1d=True, min_distance=False, irregular=True),

@@ -26,7 +26,7 @@ SAMPLER = Sampler(
     name="n_rooks",
     label="N-Rooks",
     description="One point in each row and each column of a fine grid. Perfectly even along each axis, good for "
-    "horizontal and vertical edges, but little better than random over the square",
+    "horizontal and vertical edges, but little better than random over the square. For all else take Multi-Jittered",
     number=3,
     origin="Shirley, 1991",
     criteria=Criteria(even_2d=False, even_1d=True, min_distance=False, irregular=True),

@@ -21,7 +21,8 @@ def generate(set_count: int, count: int, rng: np.random.Generator) -> np.ndarray
 SAMPLER = Sampler(
     name="random",
     label="Random",
-    description="Independent random points. Never aliases, but clumps and gaps make it the noisiest of all",
+    description="Independent random points. Never aliases, but clumps and gaps make it the noisiest of all. Take "
+    "Multi-Jittered for less noise at any count",
     number=1,
     origin="Metropolis and Ulam, 1949",
     criteria=Criteria(even_2d=False, even_1d=False, min_distance=False, irregular=True),

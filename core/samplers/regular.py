@@ -27,7 +27,7 @@ SAMPLER = Sampler(
     name="regular",
     label="Regular",
     description="The centres of a regular grid. Even and free of noise, but equal spacing turns fine detail into moiré "
-    "patterns and near-vertical edges into steps",
+    "patterns and near-vertical edges into steps, the same with any seed. For all but comparison take Jittered",
     number=0,
     origin="Crow, 1977",
     criteria=Criteria(even_2d=True, even_1d=False, min_distance=True, irregular=False),

@@ -26,7 +26,7 @@ SAMPLER = Sampler(
     name="sobol_owen",
     label="Sobol, Owen-Scrambled",
     description="Stratified on grids of every shape at once, at random within. The least error where the picture is "
-    "smooth, and good everywhere; best at powers of two",
+    "smooth, and good everywhere; best at powers of two. At other counts take Multi-Jittered",
     number=6,
     origin="Burley, 2020",
     criteria=Criteria(even_2d=True, even_1d=True, min_distance=False, irregular=True),

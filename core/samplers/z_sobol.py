@@ -26,7 +26,7 @@ SAMPLER = Sampler(
     name="z_sobol",
     label="ZSobol",
     description="One Sobol sequence for the whole picture, shared out along a Z-curve. The same error as Sobol, but "
-    "spread as fine, even grain that the eye averages away",
+    "spread as fine, even grain that the eye averages away. Powers of two only: for other counts take Multi-Jittered",
     number=8,
     origin="Ahmed and Wonka, 2020",
     criteria=Criteria(even_2d=True, even_1d=True, min_distance=False, irregular=True),
