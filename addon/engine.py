@@ -8,6 +8,7 @@ nothing had happened, so that all of them end in an error report.
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import math
 import time
 import weakref
@@ -32,7 +33,11 @@ PASSES = (
     ("Depth", 1, "Z", "VALUE", lambda layer: layer.use_pass_z),
     ("Normal", 3, "XYZ", "VECTOR", lambda layer: layer.use_pass_normal),
     ("Sampling Error", 3, "RGB", "COLOR", lambda layer: layer.rooks.use_pass_sampling_error),
+    ("Denoising Normal", 3, "XYZ", "VECTOR", lambda layer: layer.rooks.use_pass_denoising_data),
+    ("Denoising Albedo", 3, "RGB", "COLOR", lambda layer: layer.rooks.use_pass_denoising_data),
 )
+#: The film's name of what has another one in Blender: compositor nodes made for Cycles find what they are linked to.
+FILM_NAMES = {"Denoising Normal": "Normal"}
 
 
 #: What the Performance panel says of the last render that was finished, a line each.
@@ -94,6 +99,8 @@ class RooksRenderEngine(bpy.types.RenderEngine):
         self._warn(warnings)
         if not worn.on_scene(scene, settings):
             return
+        wants_albedo = depsgraph.view_layer_eval.rooks.use_pass_denoising_data
+        settings = dataclasses.replace(settings, denoising_albedo=wants_albedo)
 
         left, bottom = settings.border[:2] if settings.border else (0, 0)
         layer = depsgraph.view_layer_eval.name
@@ -134,7 +141,7 @@ class RooksRenderEngine(bpy.types.RenderEngine):
         """Put a tile into Blender's picture; x and y count from the lower left corner of the render region."""
         result = self.begin_result(x, y, tile.width, tile.height, layer=layer)
         for render_pass in result.layers[0].passes:
-            pixels = tile.passes.get(render_pass.name)
+            pixels = tile.passes.get(FILM_NAMES.get(render_pass.name, render_pass.name))
             if pixels is not None:
                 render_pass.rect.foreach_set(pixels.reshape(-1))
         self.end_result(result)

@@ -191,6 +191,14 @@ class RooksSceneSettings(bpy.types.PropertyGroup):
     )
 
 
+def _update_passes(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    scene = settings.id_data
+    view_layer = next((layer for layer in scene.view_layers if layer.rooks == settings), None)
+    if view_layer is not None:
+        view_layer.update_render_passes()
+    scene.update_tag()
+
+
 class RooksViewLayerSettings(bpy.types.PropertyGroup):
     """What a view layer renders beside the picture: `view_layer.rooks`."""
 
@@ -198,7 +206,13 @@ class RooksViewLayerSettings(bpy.types.PropertyGroup):
         name="Sampling Error",
         description="The standard error of each pixel's mean, estimated from its samples",
         default=False,
-        update=lambda self, _context: _update_passes(self),
+        update=_update_passes,  # by name: a lambda in an annotation would not find it
+    )
+    use_pass_denoising_data: BoolProperty(
+        name="Denoising Data",
+        description="Normal and albedo of what the camera sees, for the compositor's Denoise node",
+        default=False,
+        update=_update_passes,
     )
 
 
@@ -221,14 +235,6 @@ class RooksMaterialSettings(bpy.types.PropertyGroup):
         default="MICROFACET",
         update=_tag_update,
     )
-
-
-def _update_passes(settings: RooksViewLayerSettings) -> None:
-    scene = settings.id_data
-    view_layer = next((layer for layer in scene.view_layers if layer.rooks == settings), None)
-    if view_layer is not None:
-        view_layer.update_render_passes()
-    scene.update_tag()
 
 
 CLASSES = (RooksComparisonSettings, RooksSceneSettings, RooksViewLayerSettings, RooksMaterialSettings)

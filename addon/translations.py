@@ -108,6 +108,9 @@ _SETTINGS = {
     "The standard error of each pixel's mean, estimated from its samples": (
         "Der Standardfehler des Mittelwerts jedes Pixels, geschätzt aus seinen Abtastwerten"
     ),
+    "Normal and albedo of what the camera sees, for the compositor's Denoise node": (
+        "Normale und Albedo dessen, was die Kamera sieht, für den Entrauschen-Node des Compositors"
+    ),
     "Glossy Lobe": "Glanzkeule",
     "How the material's Glossy BSDF nodes scatter light": "Wie die Glanz-BSDF-Knoten des Materials Licht streuen",
     "Microfacet": "Mikrofacetten",

@@ -269,6 +269,7 @@ class ROOKS_VIEWLAYER_PT_passes(_RooksPanel, bpy.types.Panel):
         column.prop(view_layer, "use_pass_z", text="Depth")
         column.prop(view_layer, "use_pass_normal")
         column.prop(view_layer.rooks, "use_pass_sampling_error")
+        column.prop(view_layer.rooks, "use_pass_denoising_data")
 
 
 class ROOKS_OBJECT_PT_ray_visibility(_RooksPanel, bpy.types.Panel):

@@ -15,24 +15,28 @@ import numpy as np
 from .batch import ALPHA, DEPTH, LANES, NORMAL, PACKET, RADIANCE, Batch, Y, Z
 from .jit import kernel
 
-#: The passes and their channels' names, in the order in which Blender's multilayer EXR has them.
+#: The passes of every film and their channels' names, in the order in which Blender's multilayer EXR has them.
 PASSES = {
     "Combined": ("R", "G", "B", "A"),
     "Depth": ("Z",),
     "Normal": ("X", "Y", "Z"),
     "Sampling Error": ("R", "G", "B"),
 }
+#: A pass that is there only where `RenderSettings.denoising_albedo` asks for it.
+DENOISING_ALBEDO = "Denoising Albedo"
+CHANNELS = {**PASSES, DENOISING_ALBEDO: ("R", "G", "B")}
 
 
 @dataclass
 class Film:
     """A finished picture, or the part of it that was done when it was cancelled.
 
-    `passes` maps each name in `PASSES` to float32 (height, width, channels), bottom row first. Combined is scene-linear
+    `passes` maps names in `CHANNELS` to float32 (height, width, channels), bottom row first. Combined is scene-linear
     Rec.709 with premultiplied alpha; Depth is in metres along the view axis; Normal is the mean of the world-space
     shading normals; Sampling Error is the standard error that the pixel's mean would have if its samples were
     independent: right for random samples, mostly too large for stratified ones, without meaning for regular and
-    Hammersley points (which can all agree and all be wrong), 0 where there is but one sample.
+    Hammersley points (which can all agree and all be wrong), 0 where there is but one sample; Denoising Albedo is the
+    colour of what the camera rays hit first, from 0 to 1 (see `denoising`).
     `x` and `y` are the lower left pixel of the film in the full frame, whose size `resolution` is. `dropped_samples`
     counts samples that were not finite numbers: they are left out of the mean. `negative_pixels` counts pixels that
     came out below 0, which light of negative power can do: there they are 0. `memory` is the bytes that the render
@@ -55,8 +59,11 @@ class Film:
     cancelled: bool = False
 
     def __post_init__(self) -> None:
-        for name, channels in PASSES.items():
-            self.passes.setdefault(name, np.zeros((self.height, self.width, len(channels)), np.float32))
+        for name in PASSES:
+            self.passes.setdefault(name, self.new_pass(name))
+
+    def new_pass(self, name: str) -> np.ndarray:
+        return np.zeros((self.height, self.width, len(CHANNELS[name])), np.float32)
 
     @property
     def samples_per_second(self) -> float:
@@ -71,11 +78,17 @@ class TileSums(NamedTuple):
     squares: np.ndarray  # (pixels, 3)
     normal: np.ndarray  # (pixels, 3)
     depth: np.ndarray  # (pixels,) of the pixel's first sample: a mean over an edge would be the depth of nothing
+    albedo: np.ndarray  # (pixels, 3) of all samples, or (0, 3) where nobody asks for it
 
 
-def new_tile_sums(pixels: int) -> TileSums:
+def new_tile_sums(pixels: int, with_albedo: bool = False) -> TileSums:
     return TileSums(
-        np.zeros(pixels), np.zeros((pixels, 4)), np.zeros((pixels, 3)), np.zeros((pixels, 3)), np.zeros(pixels)
+        count=np.zeros(pixels),
+        combined=np.zeros((pixels, 4)),
+        squares=np.zeros((pixels, 3)),
+        normal=np.zeros((pixels, 3)),
+        depth=np.zeros(pixels),
+        albedo=np.zeros((pixels if with_albedo else 0, 3)),
     )
 
 
@@ -110,8 +123,8 @@ def add_samples(sums: TileSums, batch: Batch, opaque: bool, first: int, samples:
         done += run
 
 
-def develop(sums: TileSums) -> dict[str, np.ndarray]:
-    """The passes of a tile's pixels, float32 (pixels, channels), in the order of its blocks."""
+def develop(sums: TileSums, samples: int) -> dict[str, np.ndarray]:
+    """The passes of a tile's pixels, of `samples` each: float32 (pixels, channels), in the order of its blocks."""
     count = np.maximum(sums.count, 1)[:, None]
     combined = sums.combined / count
     variance = np.maximum(sums.squares / count - combined[:, :3] ** 2, 0) / np.maximum(count - 1, 1)
@@ -121,4 +134,6 @@ def develop(sums: TileSums) -> dict[str, np.ndarray]:
         "Normal": sums.normal / count,
         "Sampling Error": np.sqrt(variance),
     }
+    if len(sums.albedo):
+        passes[DENOISING_ALBEDO] = sums.albedo / samples
     return {name: values.astype(np.float32) for name, values in passes.items()}

@@ -41,6 +41,7 @@ from .batch import (
     Z,
 )
 from .camera import CameraArrays, aim_through_lens, aim_through_pinhole, start_rays
+from .denoising import add_albedos
 from .direct_light import Clamp, add_light, add_reflected, reflect, reflect_diffusely
 from .domains import PointTable, Run, look_up_points
 from .embree import Traversal, intersect_coherent, intersect_incoherent, occluded_coherent, occluded_incoherent
@@ -86,6 +87,7 @@ class Ways(NamedTuple):
     lamps_can_be_met: bool
     can_pass: bool  # light can go straight through a surface
     hide_world: bool  # from the camera: the film is transparent
+    wants_albedo: bool  # for denoising
     # At each surface: one of each lamp, or after the first of them one of all others; then one of all glowing meshes,
     # if there are any; then one of the world, if that is sampled.
     light_samples: int
@@ -156,6 +158,8 @@ def render_blocks(
                 record_first_hits(batch, packets)
             if ways.has_programs:
                 run_programs(batch, scene, packets)
+            if ways.wants_albedo and step == 0:
+                add_albedos(batch, sums, scene.materials, ways.hide_world, block.first, samples, packets)
             if ways.shines:
                 world = scene.materials.world
                 add_emission(batch, world, frame.emitters, frame.environment, ways.hide_world, frame.clamp, packets)

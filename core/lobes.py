@@ -65,7 +65,7 @@ from .microfacet import (
     visible_and_lit_share,
     visible_share,
 )
-from .warps import BELOW_ONE, HALF, INV_PI, ONE, QUARTER, TWO, ZERO, square_to_cosine_hemisphere
+from .warps import BELOW_ONE, HALF, INV_PI, ONE, QUARTER, TWO, ZERO, clamp01, square_to_cosine_hemisphere
 
 #: Directions of a density below this are given up: no sample in 10²⁰ has one, and it would be divided by.
 RAREST = np.float32(1e-20)
@@ -74,6 +74,7 @@ RAREST = np.float32(1e-20)
 #: surface as if it were not there.
 ABSORBED, DIFFUSE_REFLECTION, GLOSSY_REFLECTION, DIFFUSE_TRANSMISSION, TRANSMISSION, STRAIGHT = range(6)
 
+_THREE = np.float32(3)
 _BLACK = (ZERO, ZERO, ZERO, ZERO)
 _NOTHING = (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ABSORBED)
 _NO_FACET = (ZERO, ZERO, ZERO, ZERO, ZERO, ZERO, ABSORBED, False)
@@ -299,6 +300,24 @@ def _reflectance(lobes: np.ndarray, at: int, cosine: float) -> tuple[float, floa
             conductor_reflectance(cosine, b, z),
         )
     return ONE, ONE, ONE
+
+
+@subroutine
+def lobe_albedo(lobes: np.ndarray, at: int, vx: float, vy: float, vz: float) -> tuple[float, float, float]:
+    """(red, green, blue): about what share of the light from all around the lobe at `at` sends to v, weight included.
+
+    The lobe's chance over its weight is that share, as the channels' mean; they have it in proportion to what a facet
+    reflects and transmits at v's angle.
+    """
+    r, g, b = lobes[at + WEIGHT], lobes[at + WEIGHT + 1], lobes[at + WEIGHT + 2]
+    kind, weights, shares = np.int64(lobes[at + KIND]), r + g + b, _THREE
+    if kind in (GGX_REFLECTION, GGX_REFRACTION, GGX_GLASS):
+        cosine = vx * lobes[at + NORMAL] + vy * lobes[at + NORMAL + 1] + vz * lobes[at + NORMAL + 2]
+        red, green, blue, through_red, through_green, through_blue, _ = _facet_shares(lobes, at, kind, clamp01(cosine))
+        red, green, blue = red + through_red, green + through_green, blue + through_blue
+        r, g, b, shares = r * red, g * green, b * blue, red + green + blue
+    scale = _THREE * _THREE * lobes[at + CHANCE] / (weights * shares) if weights * shares > ZERO else ZERO
+    return scale * r, scale * g, scale * b
 
 
 @subroutine

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from .files import replacing
-from .film import PASSES, Film
+from .film import CHANNELS, Film
 
 
 def write_exr(path: str | Path, film: Film, metadata: dict[str, str | int | float]) -> None:
@@ -21,11 +21,11 @@ def write_exr(path: str | Path, film: Film, metadata: dict[str, str | int | floa
     import OpenEXR  # here, because no other part of the core needs it
 
     channels = {}
-    for name, letters in PASSES.items():
+    for name, values in film.passes.items():
         prefix = "" if name == "Combined" else f"{name}."
-        for index, letter in enumerate(letters):
+        for index, letter in enumerate(CHANNELS[name]):
             # OpenEXR keeps the top row first.
-            channels[prefix + letter] = np.ascontiguousarray(film.passes[name][::-1, :, index])
+            channels[prefix + letter] = np.ascontiguousarray(values[::-1, :, index])
     width, height = film.resolution
     # Where the film lies in the full frame, counted from its upper left pixel.
     first = film.x, height - film.y - film.height

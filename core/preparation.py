@@ -129,6 +129,7 @@ def _prepare(scene: Scene, settings: RenderSettings, packed: PackedScene, before
         lamps_can_be_met=not only_diffuse and bool((lights.area > 0).any()),
         can_pass=can_pass,
         hide_world=settings.film_transparent,
+        wants_albedo=settings.denoising_albedo,
         light_samples=lights.each + chooses_lamps + has_emitters + world_varies,
         steps=limits.bounces + 1 + (limits.transparent + 1 if can_pass else 0),
     )

@@ -18,7 +18,7 @@ from .blocks import BLOCK, BlockGrid, Bounds
 from .camera import check_camera
 from .domains import Run
 from .errors import SettingsError
-from .film import PASSES, Film, develop, new_tile_sums
+from .film import DENOISING_ALBEDO, Film, develop, new_tile_sums
 from .integrator import render_blocks
 from .preparation import Prepared, prepare
 from .scene import Scene
@@ -76,7 +76,10 @@ def render(
 
 def _new_film(left: int, bottom: int, right: int, top: int, scene: Scene, settings: RenderSettings) -> Film:
     try:
-        return Film(left, bottom, right - left, top - bottom, settings.sample_count, scene.camera.resolution)
+        film = Film(left, bottom, right - left, top - bottom, settings.sample_count, scene.camera.resolution)
+        if settings.denoising_albedo:
+            film.passes[DENOISING_ALBEDO] = film.new_pass(DENOISING_ALBEDO)
+        return film
     except MemoryError:
         raise SettingsError(f"a picture of {right - left} × {top - bottom} pixels does not fit into memory") from None
 
@@ -163,13 +166,13 @@ def _tiles(film: Film, size: int) -> list[Bounds]:
 def _render_tile(bounds: Bounds, prepared: Prepared, stop: np.ndarray) -> tuple[dict[str, np.ndarray], int] | None:
     """Render the blocks that touch `bounds`: their passes and dropped samples; None where it was told to stop."""
     grid, samples = BlockGrid(bounds), prepared.settings.sample_count
-    sums = new_tile_sums(grid.pixels)
+    sums = new_tile_sums(grid.pixels, prepared.settings.denoising_albedo)
     render_blocks(*prepared.workspace(), prepared.frame, grid.blocks, Run(0, samples), sums, stop)
     if stop[0]:
         return None
     counts = grid.raster(sums.count[:, None])
     dropped = counts.size * samples - int(counts.sum())
-    return {name: grid.raster(values) for name, values in develop(sums).items()}, dropped
+    return {name: grid.raster(values) for name, values in develop(sums, samples).items()}, dropped
 
 
 def _deliver(
@@ -182,8 +185,8 @@ def _deliver(
 ) -> None:
     left, bottom, right, top = bounds
     place = np.s_[bottom - film.y : top - film.y, left - film.x : right - film.x]
-    for name in PASSES:
-        film.passes[name][place] = passes[name]
+    for name, values in passes.items():
+        film.passes[name][place] = values
     film.finished_pixels += (right - left) * (top - bottom)
     if on_tile is not None:
         tile = {name: np.ascontiguousarray(values) for name, values in passes.items()}

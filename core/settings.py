@@ -23,7 +23,8 @@ class RenderSettings:
     is one too many still gathers what it meets.
     `clamp_indirect` limits what one sample's bounced light may add to the mean of its channels, 0: not at all. It is a
     bias: the picture lacks what was cut off. `border` is (left, bottom, right, top) in pixels of the full frame, from
-    its lower left corner, the right and top edges outside. `threads` 0 means one per core; neither it nor
+    its lower left corner, the right and top edges outside. `denoising_albedo` asks for the pass of that name, which
+    takes time of its own and leaves the others as they are. `threads` 0 means one per core; neither it nor
     `tile_size` nor `batch_packets` changes the picture.
 
     Raises:
@@ -47,6 +48,7 @@ class RenderSettings:
     filter_width: float = 1.5
     film_transparent: bool = False
     border: tuple[int, int, int, int] | None = None
+    denoising_albedo: bool = False
     threads: int = 0
     tile_size: int = 64
     batch_packets: int = 32

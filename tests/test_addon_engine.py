@@ -12,6 +12,7 @@ import core  # noqa: E402
 from addon.settings import BOUNCES, render_border, render_settings  # noqa: E402
 from addon.ui import sample_count_lines  # noqa: E402
 from addon.watch import Watch, watching  # noqa: E402
+from core.film import CHANNELS  # noqa: E402
 from core.samplers import SAMPLERS  # noqa: E402
 from tests.addon_helpers import add, empty_scene, export, lamp, quad, shader  # noqa: E402
 
@@ -110,6 +111,7 @@ def test_an_empty_region_is_refused_by_blender(scene):
 def test_passes_are_there_when_asked_for(scene, tmp_path):
     layer = bpy.context.view_layer
     layer.use_pass_z = layer.use_pass_normal = layer.rooks.use_pass_sampling_error = True
+    layer.rooks.use_pass_denoising_data = True
     settings = scene.render.image_settings
     if hasattr(settings, "media_type"):
         settings.media_type = "MULTI_LAYER_IMAGE"
@@ -123,10 +125,12 @@ def test_passes_are_there_when_asked_for(scene, tmp_path):
         for part in file.parts:
             channels.update({name: channel.pixels for name, channel in part.channels.items()})
     film = watch.films[0]
-    for name, letters in {"Depth": "Z", "Normal": "XYZ", "Sampling Error": "RGB", "Combined": "RGBA"}.items():
-        for index, letter in enumerate(letters):
-            saved = next(value for key, value in channels.items() if key.endswith(f"{name}.{letter}"))
-            np.testing.assert_array_equal(saved[::-1], film.passes[name][..., index], err_msg=f"{name}.{letter}")
+    passes = {"Denoising Normal": film.passes["Normal"], **film.passes}
+    assert set(passes) == {*CHANNELS, "Denoising Normal"}
+    for name, values in passes.items():
+        for index, letter in enumerate(CHANNELS.get(name, "XYZ")):
+            saved = next(value for key, value in channels.items() if key.endswith(f".{name}.{letter}"))
+            np.testing.assert_array_equal(saved[::-1], values[..., index], err_msg=f"{name}.{letter}")
 
 
 def test_each_view_layer_is_rendered(scene):

@@ -10,7 +10,7 @@ import pytest
 
 from core import OutputError, write_exr
 from core.files import check_writable, replacing
-from core.film import PASSES, Film
+from core.film import CHANNELS, Film
 
 OpenEXR = pytest.importorskip("OpenEXR")
 
@@ -18,7 +18,7 @@ OpenEXR = pytest.importorskip("OpenEXR")
 @pytest.fixture
 def film() -> Film:
     rng = np.random.default_rng(1)
-    passes = {name: rng.normal(0, 1e3, (3, 5, len(c))).astype(np.float32) for name, c in PASSES.items()}
+    passes = {name: rng.normal(0, 1e3, (3, 5, len(c))).astype(np.float32) for name, c in CHANNELS.items()}
     passes["Depth"][0, 0] = 1e10
     return Film(0, 0, 5, 3, 16, (5, 3), passes)
 
@@ -34,9 +34,10 @@ def test_values_names_and_orientation_survive(tmp_path, film):
     write_exr(path, film, {})
     _, channels = channels_of(path)
     combined = {"R", "G", "B", "A"}
-    layers = {"Depth.Z", "Normal.X", "Normal.Y", "Normal.Z"} | {f"Sampling Error.{c}" for c in "RGB"}
+    layers = {"Depth.Z", "Normal.X", "Normal.Y", "Normal.Z"}
+    layers |= {f"{name}.{c}" for name in ("Sampling Error", "Denoising Albedo") for c in "RGB"}
     assert set(channels) == combined | layers
-    for name, letters in PASSES.items():
+    for name, letters in CHANNELS.items():
         for index, letter in enumerate(letters):
             pixels = channels[letter if name == "Combined" else f"{name}.{letter}"]
             assert pixels.dtype == np.float32
@@ -58,7 +59,7 @@ def test_a_file_that_is_there_is_replaced_and_nothing_else_is_left(tmp_path, fil
     path = tmp_path / "x.exr"
     path.write_text("old")
     write_exr(str(path), film, {})
-    assert len(channels_of(path)[1]) == 11
+    assert len(channels_of(path)[1]) == 14
     assert list(tmp_path.iterdir()) == [path]
 
 

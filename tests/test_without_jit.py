@@ -175,7 +175,7 @@ def film() -> np.ndarray:
     batch.floats[RADIANCE + 7] = np.inf
     sums = new_tile_sums(16)
     add_samples(sums, batch, True, 0, SAMPLES, COUNT)
-    return np.concatenate([sums.count[:, None], *develop(sums).values()], axis=1)
+    return np.concatenate([sums.count[:, None], *develop(sums, SAMPLES).values()], axis=1)
 
 
 def call_embree_without_the_jit() -> None:
@@ -205,7 +205,7 @@ def diffuse_paths() -> np.ndarray:
         Instance(floor(1.0, (0.6, 0, 0.8)), materials=(Material("glow", Emission(2.0)),)),
     )
     scene = Scene(camera_down(3.0, (4, 4), height=2), instances, LIGHTS, (0.1, 0.2, 0.3))
-    return picture_of(scene, max_bounces=4)
+    return picture_of(scene, max_bounces=4, denoising_albedo=True)
 
 
 def light_on_everything() -> np.ndarray:
@@ -213,7 +213,7 @@ def light_on_everything() -> np.ndarray:
 
     Not beyond the first bounce: round and bumpy surfaces magnify what the two ways round differently.
     """
-    return picture_of(everything((8, 4)), max_bounces=0)
+    return picture_of(everything((8, 4)), max_bounces=0, denoising_albedo=True)
 
 
 def paths_between_walls() -> np.ndarray:

@@ -88,7 +88,7 @@ def _wired(
     sums, run = new_tile_sums(grid.pixels), Run(0, prepared.settings.sample_count)
     render_blocks(*prepared.workspace(), frame, grid.blocks, run, sums, np.zeros(1, np.uint8))
     prepared.let_go()
-    return grid.raster(develop(sums)["Combined"])[..., 0].astype(float)
+    return grid.raster(develop(sums, run.count)["Combined"])[..., 0].astype(float)
 
 
 def _mean_picture(scene: Scene, wiring: Callable[[Points], Points], samples: int, seeds: int) -> np.ndarray:
