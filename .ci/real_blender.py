@@ -94,6 +94,7 @@ def main() -> None:
             installs(blender, zip_file)
             renders(blender, home)
             refuses(blender, home)
+            renders_by_command(blender, home)
             compares(blender, home)
             speaks_german(blender)
             starts_quickly(blender)
@@ -154,6 +155,50 @@ def refuses(blender: Blender, home: Path) -> None:
         if written := [path.name for path in home.glob(f"{name}_*")]:
             raise CheckError(f"a scene with {name} wrote {', '.join(written)}:\n{printed}")
     print("ok: exits with an error and writes nothing without a camera, and with a panoramic one", flush=True)
+
+
+def renders_by_command(blender: Blender, home: Path) -> None:
+    """The extension's own command renders the file that is open as the command without Blender does."""
+    (home / "command").mkdir()
+    options = ("render", "--resolution", "64x40", "--samples", "4", "--output")
+    command = ("--command", "rooks", *options)
+    printed = blender.succeed(SCENE, *command, f"{home / 'command'}/")
+    written = sorted(path.name for path in (home / "command").iterdir())
+    if written != ["still_life.exr", "still_life.png"] or "4 samples per pixel" not in printed:
+        raise CheckError(f"the render command wrote {', '.join(written)}:\n{printed}")
+    outside = home / "outside.exr"
+    subprocess.run([sys.executable, "-m", "addon", *options, str(outside), SCENE], cwd=ROOT, check=True)
+    check_alike(home / "command/still_life.exr", outside)
+    for says, code, arguments in (
+        ("has no camera", 1, ("--python-expr", "import bpy; bpy.context.scene.camera = None", *command)),
+        ("nonsense", 2, (*command[:-1], "--sampler", "nonsense", "--output")),
+    ):
+        older = home / "command/older.exr"
+        older.write_text("an older picture")
+        status, printed = blender.start(SCENE, *arguments, str(older))
+        lines = [line for line in printed.splitlines() if line.startswith("rooks:")]
+        if status != code or len(lines) != 1 or says not in lines[0] or "Traceback" in printed:
+            raise CheckError(f"the render command does not say clearly what is wrong, exit code {status}:\n{printed}")
+        if older.read_text() != "an older picture":
+            raise CheckError(f"the render command destroys a picture where {says}")
+    print("ok: renders by its own command, and says what is wrong with exit codes 1 and 2", flush=True)
+
+
+def check_alike(inside: Path, outside: Path) -> None:
+    """Blender's EXR of a picture has the passes, and the words on how it was made, of the EXR made without Blender."""
+    with OpenEXR.File(str(inside), separate_channels=True) as exr:
+        told = dict(exr.header())
+        ours = {name.split(".", 1)[1]: c.pixels for part in exr.parts for name, c in part.channels.items()}
+    with OpenEXR.File(str(outside), separate_channels=True) as exr:
+        wanted = {name: value for name, value in exr.header().items() if name.startswith("rooks:")}
+        channels = {name if "." in name else f"Combined.{name}": c.pixels for name, c in exr.channels().items()}
+    for name, value in wanted.items():
+        # Times and versions differ.
+        if name not in told or (name in ("rooks:samples", "rooks:light_sampler") and told[name] != str(value)):
+            raise CheckError(f"{inside.name} says of {name}: {told.get(name)!r}, not {value!r}")
+    for name, pixels in channels.items():
+        if name not in ours or not np.allclose(ours[name], pixels, rtol=1e-4, atol=1e-4):
+            raise CheckError(f"{name} of {inside.name} is not that of the picture made without Blender")
 
 
 def compares(blender: Blender, home: Path) -> None:

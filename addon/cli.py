@@ -1,7 +1,7 @@
 """The command line: `python -m addon render FILE.blend --output PATH …`, and `compare FILE.blend --output FOLDER …`.
 
-Inside Blender, which renders files by itself, it is `blender FILE.blend --command rooks compare --output FOLDER …`. How
-it says what is wrong, and its exit statuses: see `core.command_line`.
+Inside Blender they are `blender FILE.blend --command rooks render --output PATH …` and `… compare …`. How they say what
+is wrong, and their exit statuses: see `core.command_line`.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ def run_in_blender(arguments: list[str]) -> int:
     # Blender would only make a note of Ctrl-C. It ends with the command, so that its own handler is not missed.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     parser, commands = _empty_parser("blender FILE.blend --command rooks")
-    _add_compare(commands, Path(bpy.data.filepath) if bpy.data.filepath else None)
+    opened = Path(bpy.data.filepath) if bpy.data.filepath else None
+    _add_render(commands, opened)
+    _add_compare(commands, opened)
     try:
         return _run(parser, arguments)
     except SystemExit as end:  # argparse's, which Blender would take for a bug
@@ -54,7 +56,7 @@ def run_in_blender(arguments: list[str]) -> int:
 def make_parser() -> argparse.ArgumentParser:
     """The parser of `python -m addon`."""
     parser, commands = _empty_parser("python -m addon")
-    _add_render(commands)
+    _add_render(commands, None)
     _add_compare(commands, None)
     return parser
 
@@ -71,14 +73,16 @@ def _run(parser: argparse.ArgumentParser, arguments: Sequence[str] | None) -> in
     return kinds.run_command(lambda: options.run(options))
 
 
-def _add_render(commands: argparse._SubParsersAction) -> None:
+def _add_render(commands: argparse._SubParsersAction, opened: Path | None) -> None:
+    """`opened` is the file that is meant where none is named."""
     parser = commands.add_parser(
         "render",
         help="render .blend files to pictures",
         description="Render .blend files with Rooks. What no option sets is taken from the file.",
     )
     parser.set_defaults(run=_run_render)
-    parser.add_argument("files", nargs="+", metavar="FILE.blend", type=Path, help="what to render")
+    many, default = ("*", [opened]) if opened else ("+", None)
+    parser.add_argument("files", nargs=many, default=default, metavar="FILE.blend", type=Path, help="what to render")
     parser.add_argument(
         "--output",
         action="append",

@@ -91,6 +91,7 @@ class RooksRenderEngine(bpy.types.RenderEngine):
         # Here, because Blender's start has no need of it.
         from .camera import export_camera
         from .export import export_scene
+        from .metadata import metadata
 
         worn = watch.worn()
         resolution = self.resolution_x, self.resolution_y
@@ -130,6 +131,7 @@ class RooksRenderEngine(bpy.types.RenderEngine):
         self._warn(_losses(film))
         if not self.is_preview:
             last_render[:] = finished_lines(film)
+            self._note(metadata(depsgraph.scene_eval, film, settings))
         worn.films.append(film)
         worn.settings.append(settings)
 
@@ -145,6 +147,12 @@ class RooksRenderEngine(bpy.types.RenderEngine):
             if pixels is not None:
                 render_pass.rect.foreach_set(pixels.reshape(-1))
         self.end_result(result)
+
+    def _note(self, metadata: dict[str, str | int | float]) -> None:
+        """Have Blender keep in the picture's file how it was made."""
+        result = self.get_result()
+        for key, value in metadata.items():
+            result.stamp_data_add_field(f"rooks:{key}", str(value))
 
     def _warn(self, warnings: list[str]) -> None:
         watch.worn().warnings += warnings

@@ -39,16 +39,17 @@ def _render_file(blend: Path, paths: list[Path], options: argparse.Namespace, co
         print(f"rooks: warning: {warning}", file=console.err)
     film, settings = watch.films[0], watch.settings[0]
     print(_summary(blend, film, settings), file=console.out)
-    metadata = _metadata(scene, film, settings)
     for path in paths:
         if path.suffix.lower() == ".exr":
-            core.write_exr(path, film, metadata)
+            _save_passes(scene, path, film, settings)
         else:
             _save_display(scene, path)
         print(f"  saved {path}", file=console.out)
 
 
 def _prepare(scene, options: argparse.Namespace) -> None:
+    for layer in scene.view_layers:  # Blender keeps of a film what its layers ask for
+        layer.use_pass_z = layer.use_pass_normal = layer.rooks.use_pass_sampling_error = True
     # Blender would keep the path of the .blend, the date and more in the picture.
     for name in scene.render.bl_rna.properties.keys():  # noqa: SIM118 - a collection of Blender's, not a dict
         if name.startswith("use_stamp"):
@@ -90,40 +91,38 @@ def _render(scene, blend: Path, console: Console) -> Watch:
 
 
 def _summary(blend: Path, film: core.Film, settings: core.settings.RenderSettings) -> str:
-    from .progress import sample_text, sampler_text
+    from .progress import sample_text, sampler_text, speed_text
 
     return (
         f"{blend.name}: {sampler_text(settings)}, {sample_text(settings)}, {film.width} × {film.height} pixels, "
-        f"{film.seconds:.2f} s and {film.setup_seconds:.2f} s to set up, "
-        f"{film.samples_per_second / 1e6:.2f} million samples/s"
+        f"{film.seconds:.2f} s and {film.setup_seconds:.2f} s to set up, {speed_text(film.samples_per_second)}"
     )
 
 
-def _metadata(scene, film: core.Film, settings: core.settings.RenderSettings) -> dict[str, str | int | float]:
-    """What an EXR says of itself: how it was sampled, from what, and how long it took."""
+def _save_passes(scene, path: Path, film: core.Film, settings: core.settings.RenderSettings) -> None:
+    """Save all passes, linear and unclamped."""
     import bpy
 
-    from .settings import LIGHT_PATHS
+    from .metadata import metadata
+    from .versions import choose_multilayer_format
 
-    return {
-        **{f"{domain}_sampler": name for domain, name in settings.samplers.items()},
-        "samples_requested": settings.samples,
-        "samples": film.samples,
-        "seed": settings.seed,
-        **{name: getattr(settings, name) for name in LIGHT_PATHS},
-        "pixel_filter": settings.pixel_filter,
-        "seconds": film.seconds,
-        "million_samples_per_second": film.samples_per_second / 1e6,
-        "blender": bpy.app.version_string,
-        "scene": scene.name,
-        "frame": scene.frame_current,
-    }
+    if not bpy.app.binary_path:  # Blender as a Python module
+        core.write_exr(path, film, metadata(scene, film, settings))
+        return
+    # Blender has an OpenEXR library of its own, beside which another one crashes 4.3.
+    choose_multilayer_format(scene.render.image_settings)
+    _save_render(scene, path)
+
+
+def _save_render(scene, path: Path) -> None:
+    import bpy
+
+    with core.files.replacing(path) as temporary:
+        bpy.data.images["Render Result"].save_render(str(temporary), scene=scene)
 
 
 def _save_display(scene, path: Path) -> None:
     """Save what Blender's render window shows: the scene's view transform applied, in 8 bits."""
-    import bpy
-
     from .versions import choose_file_format
 
     image_format = scene.render.image_settings
@@ -132,5 +131,4 @@ def _save_display(scene, path: Path) -> None:
     image_format.color_depth = "8" if file_format != "HDR" else image_format.color_depth
     has_alpha = scene.render.film_transparent and file_format not in ("JPEG", "BMP", "HDR")
     image_format.color_mode = "RGBA" if has_alpha else "RGB"
-    with core.files.replacing(path) as temporary:
-        bpy.data.images["Render Result"].save_render(str(temporary), scene=scene)
+    _save_render(scene, path)

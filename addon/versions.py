@@ -39,6 +39,13 @@ def choose_file_format(settings: bpy.types.ImageFormatSettings, file_format: str
     settings.file_format = file_format
 
 
+def choose_multilayer_format(settings: bpy.types.ImageFormatSettings) -> None:
+    """Make rendered pictures be saved as EXRs with all passes, in single precision."""
+    if hasattr(settings, "media_type"):
+        settings.media_type = "MULTI_LAYER_IMAGE"
+    settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
+
+
 def path_options() -> set[str]:
     """The options of a property that is a path: it may begin with "//". That has to be said from 4.5 on."""
     return {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()

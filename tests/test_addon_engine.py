@@ -11,6 +11,7 @@ import addon.export  # noqa: E402
 import core  # noqa: E402
 from addon.settings import BOUNCES, render_border, render_settings  # noqa: E402
 from addon.ui import sample_count_lines  # noqa: E402
+from addon.versions import choose_file_format, choose_multilayer_format  # noqa: E402
 from addon.watch import Watch, watching  # noqa: E402
 from core.film import CHANNELS  # noqa: E402
 from core.samplers import SAMPLERS  # noqa: E402
@@ -112,10 +113,7 @@ def test_passes_are_there_when_asked_for(scene, tmp_path):
     layer = bpy.context.view_layer
     layer.use_pass_z = layer.use_pass_normal = layer.rooks.use_pass_sampling_error = True
     layer.rooks.use_pass_denoising_data = True
-    settings = scene.render.image_settings
-    if hasattr(settings, "media_type"):
-        settings.media_type = "MULTI_LAYER_IMAGE"
-    settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    choose_multilayer_format(scene.render.image_settings)
     scene.render.filepath = str(tmp_path / "layers.exr")
     with watching(Watch()) as watch:
         bpy.ops.render.render(write_still=True)
@@ -131,6 +129,24 @@ def test_passes_are_there_when_asked_for(scene, tmp_path):
         for index, letter in enumerate(CHANNELS.get(name, "XYZ")):
             saved = next(value for key, value in channels.items() if key.endswith(f".{name}.{letter}"))
             np.testing.assert_array_equal(saved[::-1], values[..., index], err_msg=f"{name}.{letter}")
+
+
+@pytest.mark.parametrize("name", ["PNG", "OPEN_EXR", "OPEN_EXR_MULTILAYER"])
+def test_what_blender_saves_says_how_it_was_sampled(scene, tmp_path, name):
+    if name == "OPEN_EXR_MULTILAYER":
+        choose_multilayer_format(scene.render.image_settings)
+    else:
+        choose_file_format(scene.render.image_settings, name)
+    render()
+    path = tmp_path / ("x.png" if name == "PNG" else "x.exr")
+    bpy.data.images["Render Result"].save_render(str(path))
+    if name == "PNG":
+        with pytest.importorskip("PIL.Image").open(path) as picture:
+            header = picture.info
+    else:
+        with pytest.importorskip("OpenEXR").File(str(path)) as file:
+            header = dict(file.header())
+    assert (header["rooks:samples"], header["rooks:light_sampler"], header["rooks:frame"]) == ("4", "jittered", "1")
 
 
 def test_each_view_layer_is_rendered(scene):
