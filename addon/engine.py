@@ -59,7 +59,7 @@ class RooksRenderEngine(bpy.types.RenderEngine):
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         try:
             from .viewport import Viewport
-        except ImportError as error:
+        except (ImportError, core.errors.RooksError) as error:
             self._failure = failure_text(error)
             return
         if self._viewport is None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 
 import bpy
 from bpy.app.handlers import persistent
 
 from . import kernels
+from ._core import core
 from .engine import ENGINE_ID
 
 #: Whose subscription to changes of the engine it is.
@@ -55,7 +57,8 @@ def _subscribe() -> None:
 def _get_ready() -> None:
     """Compile the kernels while the user is still at work on the scene that Rooks is to render."""
     if not bpy.app.background and any(scene.render.engine == ENGINE_ID for scene in bpy.data.scenes):
-        kernels.start_compiling()
+        with contextlib.suppress(core.errors.RooksError):  # the render will say what is wrong
+            kernels.start_compiling()
 
 
 def _for_viewports(do: str) -> None:

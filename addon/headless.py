@@ -11,6 +11,9 @@ from .console import Console, progress_bar, quiet_blender
 from .outputs import DISPLAY_FORMATS, plan_outputs
 from .watch import Watch, watched_render
 
+#: How files end in the formats of which Blender does not say that it could not write all.
+_ENDS = {".png": b"IEND\xaeB`\x82", ".tga": b"TRUEVISION-XFILE.\0"}
+
 
 def render_files(options: argparse.Namespace) -> int:
     """Render each file of a `render` command and save it.
@@ -118,7 +121,13 @@ def _save_render(scene, path: Path) -> None:
     import bpy
 
     with core.files.replacing(path) as temporary:
-        bpy.data.images["Render Result"].save_render(str(temporary), scene=scene)
+        try:
+            bpy.data.images["Render Result"].save_render(str(temporary), scene=scene)
+        except RuntimeError as error:
+            reason = str(error).partition("\n")[0]  # the second line names the temporary file
+            raise RuntimeError(reason.removeprefix("Error: ")) from None
+        if not temporary.read_bytes().endswith(_ENDS.get(path.suffix.lower(), b"")):
+            raise RuntimeError("it was cut off, as happens where the disk is full")
 
 
 def _save_display(scene, path: Path) -> None:

@@ -62,7 +62,11 @@ def _choose_folder(variable: str, name: str) -> None:
 
 
 def start_compiling() -> None:
-    """Start to compile the kernels in the background, if that is needed and not being done."""
+    """Start to compile the kernels in the background, if that is needed and not being done.
+
+    Raises:
+        RooksError: there is no folder to keep them in.
+    """
     global _process
     choose_cache_folder()
     with _lock:
@@ -74,7 +78,12 @@ def _start() -> subprocess.Popen:
     folder = str(Path(core.__file__).parents[1])
     return subprocess.Popen(
         [sys.executable, "-c", _SCRIPT, core.__name__, folder],
-        env=os.environ | {"PYTHONPATH": os.pathsep.join([*filter(None, sys.path), folder])},
+        env=os.environ
+        | {
+            "PYTHONPATH": os.pathsep.join([*filter(None, sys.path), folder]),
+            # That of this process, which may be a temporary one of its own.
+            "ROOKS_CACHE_DIR": str(core.kernel_cache.cache_folder().parent),
+        },
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

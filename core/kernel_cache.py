@@ -11,14 +11,24 @@ import functools
 import hashlib
 import os
 import re
+import shutil
 import sys
 import tempfile
 from pathlib import Path
 
+from .errors import RooksError
+
+#: What has to be free where kernels are to be kept, in bytes. They take 6 MB.
+_ROOM = 32 << 20
+
 
 @functools.cache
 def cache_folder() -> Path:
-    """The folder of compiled kernels: below `ROOKS_CACHE_DIR` or the user's cache folder, else a temporary one."""
+    """The folder of compiled kernels: below `ROOKS_CACHE_DIR` or the user's cache folder, else a temporary one.
+
+    Raises:
+        RooksError: none of them can be written, or has room.
+    """
     digest = hashlib.blake2b(digest_size=8)
     for source in _sources():
         digest.update(source.read_bytes())
@@ -26,8 +36,17 @@ def cache_folder() -> Path:
     folder = (Path(chosen) if chosen else Path("~/.cache/rooks").expanduser()) / digest.hexdigest()
     if _can_write(folder):
         return folder
-    # A new folder of this process's own: what lies in a shared one could be somebody else's code.
-    return Path(tempfile.mkdtemp(prefix="rooks-cache-"))
+    try:
+        # A new folder of this process's own: what lies in a shared one could be somebody else's code.
+        temporary = Path(tempfile.mkdtemp(prefix="rooks-cache-")) / digest.hexdigest()
+    except OSError:
+        temporary = None
+    if temporary is not None and _can_write(temporary):
+        return temporary
+    raise RooksError(
+        f"compiled kernels can be kept neither in {folder.parent} nor in a temporary folder: make {_ROOM >> 20} MB of "
+        "room, or set ROOKS_CACHE_DIR to a folder that can be written"
+    )
 
 
 def are_compiled() -> bool:
@@ -65,6 +84,6 @@ def _can_write(folder: Path) -> bool:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
-            return True
+            return any(folder.glob("complete-*")) or shutil.disk_usage(folder).free >= _ROOM
     except OSError:
         return False

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +25,8 @@ def command(*arguments) -> list[str]:
     return [sys.executable, "-m", "addon", "render", *map(str, arguments)]
 
 
-def run(*arguments) -> subprocess.CompletedProcess:
-    return subprocess.run(command(*arguments), cwd=ROOT, capture_output=True, text=True, timeout=120)
+def run(*arguments, **options) -> subprocess.CompletedProcess:
+    return subprocess.run(command(*arguments), cwd=ROOT, capture_output=True, text=True, timeout=120, **options)
 
 
 @pytest.fixture(scope="module")
@@ -143,6 +144,22 @@ def test_blenders_reports_are_not_printed_and_tracebacks_of_bugs_are(blends, tmp
     lines = done.stderr.splitlines()
     assert lines[0].startswith("Traceback")
     assert [line for line in lines if "internal error" in line] == lines[-1:]
+
+
+def test_a_full_disk_leaves_the_pictures_that_were_there(blends, tmp_path):
+    resource = pytest.importorskip("resource")
+    outputs = [tmp_path / name for name in ("x.exr", "x.png", "x.tga")]
+    size = ("--resolution", "200x150", "--samples", "1")
+    assert run(blends / "good.blend", *size, *(f"--output={output}" for output in outputs)).returncode == 0
+    before = {output: output.read_bytes() for output in outputs}
+    for output in outputs:
+        room = len(before[output]) // 2
+        limit = partial(resource.setrlimit, resource.RLIMIT_FSIZE, (room, room))
+        done = run(blends / "good.blend", *size, "--output", output, preexec_fn=limit)
+        assert done.returncode == 1
+        assert f"rooks: cannot write {output}: " in done.stderr
+        assert "Traceback" not in done.stderr
+    assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
 def test_no_output_is_a_wrong_command(blends):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 
 import pytest
@@ -26,6 +27,14 @@ def test_a_part_that_cannot_be_loaded_is_named():
 
 def test_too_little_memory_is_said():
     assert "not enough memory" in failure_text(MemoryError())
+
+
+def test_a_full_disk_is_said():
+    err = io.StringIO()
+    text = failure_text(OSError(errno.ENOSPC, "No space left on device", "/home/kernels/x.nbc"), err)
+    assert "/home/kernels/x.nbc" in text
+    assert "make room" in text
+    assert not err.getvalue()
 
 
 def test_a_bug_leaves_its_traceback():

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -36,13 +37,16 @@ from core.batch import (
     new_batch,
 )
 from core.embree import (
+    EmbreeScene,
     PlacedTriangles,
     build_scene,
     intersect_coherent,
     intersect_incoherent,
     library_path,
+    load_library,
     occluded_coherent,
 )
+from core.errors import RooksError
 from core.packing import affine
 from tests.scenes import rotation, scaling, sphere, translation
 
@@ -188,6 +192,40 @@ def test_without_native_packets_the_answers_are_the_same():
     assert np.array_equal(shadow_far, single_shadow_far)
 
 
+class OnProcessor:
+    """Embree as if the processor could do no more than an instruction set."""
+
+    def __init__(self, isa: str) -> None:
+        self.isa = isa
+
+    def __getattr__(self, name: str):
+        return getattr(load_library(), name)
+
+    def rtcNewDevice(self, options: bytes) -> int:  # noqa: N802 - Embree's name
+        return load_library().rtcNewDevice(options + f",max_isa={self.isa}".encode())
+
+
+@pytest.mark.parametrize("isa", ["sse2", "avx2"])
+def test_a_processor_without_avx512_finds_the_same(isa):
+    vertices, triangles = MESHES["soup"]
+    origins, directions = random_rays(4)
+    batch = batch_of(origins, directions)
+    scene = EmbreeScene(OnProcessor(isa), [placed(vertices, triangles)], 1)
+    assert not scene.traversal.packets
+    intersect_coherent(batch, scene.traversal, PACKETS)
+    scene.close()
+    expected = oracle(vertices, triangles, origins, directions)
+    hit = expected["primID"] >= 0
+    assert np.array_equal(get(batch, PRIMITIVE, bits=True) != INVALID, hit)
+    assert np.allclose(get(batch, T_FAR)[hit], expected["tfar"][hit], rtol=1e-5)
+
+
+def test_a_processor_on_which_embree_does_not_start_is_said():
+    lib = SimpleNamespace(rtcNewDevice=lambda _options: None, rtcGetDeviceError=lambda _device: 5)
+    with pytest.raises(RooksError, match="cannot start on this processor"):
+        EmbreeScene(lib, [], 1)
+
+
 PLACES = {
     "rotated": rotation(0, 0.7) @ rotation(2, -2.0),
     "scaled": scaling(0.5, 1.5, 0.8),
@@ -290,9 +328,9 @@ def test_without_embrees_c_functions_the_answers_are_the_same():
     code = (
         "import sys, pytest, core.embree\n"
         "core.embree.library_path = lambda: None\n"
-        "sys.exit(pytest.main(['-q', '-x', '-p', 'no:cacheprovider', '-k', 'not c_functions', sys.argv[1]]))"
+        "sys.exit(pytest.main(['-q', '-x', '-p', 'no:cacheprovider', '-k', sys.argv[1], sys.argv[2]]))"
     )
-    command = [sys.executable, "-c", code, str(Path(__file__))]
+    command = [sys.executable, "-c", code, "not c_functions and not processor", str(Path(__file__))]
     run = subprocess.run(command, cwd=Path(__file__).parent.parent, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stdout
     assert "passed" in run.stdout

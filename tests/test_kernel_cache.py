@@ -34,7 +34,7 @@ def copy(tmp_path) -> Path:
 
 
 def ask(copy: Path, code: str = ASK) -> list[str]:
-    environment = os.environ | {"ROOKS_CACHE_DIR": str(copy / "cache")}
+    environment = os.environ | {"ROOKS_CACHE_DIR": str(copy / "cache"), "TMPDIR": str(copy)}
     return subprocess.run(
         [sys.executable, "-c", code], cwd=copy, env=environment, capture_output=True, text=True, check=True
     ).stdout.split()
@@ -68,9 +68,31 @@ def test_asking_does_not_load_the_compiler(copy):
     assert ask(copy, f"{ASK}; import sys; print('numba' in sys.modules)")[-1] == "False"
 
 
+FOLDER = "from core import kernel_cache as k; print(k.cache_folder().parent.name)"
+
+
+def on_full_disks(code: str, but: str = "nowhere") -> str:
+    """`code` where no folder has room but those with `but` in their paths."""
+    fake = f"lambda path: usage(path)._replace(free=({but!r} in str(path)) << 40)"
+    return f"import shutil\nusage = shutil.disk_usage\nshutil.disk_usage = {fake}\n{code}"
+
+
 def test_a_folder_that_cannot_be_written_is_replaced_by_a_temporary_one(copy):
     (copy / "cache").write_text("a file")
-    assert ask(copy)[0].startswith("rooks-cache-")
+    assert ask(copy, FOLDER)[0].startswith("rooks-cache-")
+
+
+def test_a_full_disk_is_replaced_by_a_temporary_folder_unless_the_kernels_are_there(copy):
+    code = on_full_disks(FOLDER, but="rooks-cache-")
+    assert ask(copy, code)[0].startswith("rooks-cache-")
+    ask(copy, "from core import kernel_cache; kernel_cache.note_compiled()")
+    assert ask(copy, code) == ["cache"]
+
+
+def test_without_room_for_kernels_one_line_says_so(copy):
+    code = "from core import errors, kernel_cache as k\ntry: k.cache_folder()\nexcept errors.RooksError as e: print(e)"
+    text = " ".join(ask(copy, on_full_disks(code)))
+    assert f"neither in {copy}/cache nor in a temporary folder: make 32 MB of room" in text
 
 
 SCENES = {
