@@ -2,14 +2,15 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
-.PHONY: help render test stability lab lint format docs extension clean
+BLENDERS := 4.2 5.0
+.PHONY: help render test test-blenders $(BLENDERS:%=test-blender-%) stability lab lint format docs extension clean
 
 PYTHON ?= python3.11
 PIP := pip==26.3 # the pip of Python 3.11 is older than dependency groups
 run := .venv/bin/python
 
 help: ## list the targets
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 22
 
 render: .venv/.complete ## render the sample scenes into out/, as .exr and .png
 	mkdir -p out
@@ -17,6 +18,13 @@ render: .venv/.complete ## render the sample scenes into out/, as .exr and .png
 
 test: .venv/.complete ## run all tests
 	$(run) -m pytest
+
+test-blenders: $(BLENDERS:%=test-blender-%) ## run the tests of the add-on on the Python modules of Blender 4.2 and 5.0 too
+
+$(BLENDERS:%=test-blender-%): export PYTHONPATH = $(CURDIR)/$(<D)
+$(BLENDERS:%=test-blender-%): test-blender-%: build/blenders/%/.complete
+	@$(run) -c 'import bpy; print("The add-on in Blender", bpy.app.version_string)'
+	$(run) -m pytest tests/test_addon_*.py tests/test_sample_scenes.py
 
 stability: .venv/.complete ## try Rooks where methods fail: a table with a verdict for each case
 	$(run) -m tests.stability
@@ -55,6 +63,13 @@ extension: .venv/.complete ## build the Blender extension into dist/, a zip for 
 clean: ## remove everything that make has made, .venv included
 	rm -rf .venv out build dist .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# Before .venv on Python's path, so that only bpy is another one.
+build/blenders/%/.complete: pyproject.toml .venv/.complete
+	@echo "Setting up Blender $*'s Python module in $(@D) (this downloads about 350 MB)"
+	@rm -rf $(@D)
+	@$(run) -m pip install --quiet --disable-pip-version-check --no-deps --target $(@D) --group blender-$*
+	@touch $@
 
 # The stamp is touched last: a set-up that failed half-way is taken up again by the next make.
 .venv/.complete: pyproject.toml

@@ -24,9 +24,9 @@ def failure_text(error: Exception, err: TextIO | None = None) -> str:
             "restart Blender, and install the zip again"
         ).format(error=error)
     if isinstance(error, OSError) and error.errno in _NO_ROOM:
-        return rpt_(
-            "the disk is full ({error}): make room, or set ROOKS_CACHE_DIR to a folder that has some"
-        ).format(error=error)
+        return rpt_("the disk is full ({error}): make room, or set ROOKS_CACHE_DIR to a folder that has some").format(
+            error=error
+        )
     if isinstance(error, MemoryError):
         return rpt_("there is not enough memory for this scene and these settings")
     traceback.print_exception(error, file=err)
