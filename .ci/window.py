@@ -12,15 +12,13 @@ import os
 import re
 import signal
 import subprocess
-import sys
-import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
-from real_blender import SCENE, Blender, CheckError, installs
+from real_blender import SCENE, Blender, CheckError, try_zip
 
 ROOT = Path(__file__).parents[1]
 SCRIPT = Path(__file__).with_name("window_script.py")
@@ -62,19 +60,6 @@ class Visit:
 
     def one(self, name: str) -> dict:
         return self.all(name)[0]
-
-
-def main() -> None:
-    """Run all checks; exit with 1 and a text at the first that fails."""
-    zip_file, *command = sys.argv[1:]
-    with tempfile.TemporaryDirectory(prefix="rooks-") as folder:
-        home = Path(folder)
-        blender = Blender(command, home)
-        try:
-            installs(blender, zip_file)
-            with_window(blender, home)
-        except CheckError as failure:
-            sys.exit(f"FAILED: {failure}")
 
 
 def with_window(blender: Blender, home: Path) -> None:
@@ -333,4 +318,4 @@ def quits(visit: Visit) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    try_zip(with_window)
