@@ -19,7 +19,7 @@ from core.samplers.fibonacci import generator
 from core.samplers.hammersley import radical_inverse
 from core.samplers.multi_jittered import coarse_rows
 from core.samplers.sampler import grid_shape, stratum_bounds
-from core.samplers.sobol import pascal, reverse_bits
+from core.samplers.sobol import mirrored_pascal, reverse_bits
 from tests import naive
 
 COUNTS = range(1, 301)
@@ -352,7 +352,7 @@ def test_all_the_sets_of_z_sobol_are_a_net_together():
 
 def test_unscrambled_it_is_sobols_sequence():
     index = np.arange(1024, dtype=np.uint32)
-    ours = np.stack([reverse_bits(index), pascal(index)], axis=-1) * 2.0**-32
+    ours = np.stack([reverse_bits(index), reverse_bits(mirrored_pascal(index))], axis=-1) * 2.0**-32
     theirs = qmc.Sobol(d=2, scramble=False).random(1024)  # in the order of a Gray code
     assert {tuple(point) for point in ours} == {tuple(point) for point in theirs}
 

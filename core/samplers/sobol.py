@@ -14,6 +14,9 @@ from __future__ import annotations
 
 from .late_numpy import np
 
+#: Neighbouring groups of 1, 2, 4 … bits, and a mask of the lower group of each pair.
+_GROUPS = ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF), (16, 0x0000FFFF))
+
 
 def scrambled_sobol(index: np.ndarray, seeds: np.ndarray) -> np.ndarray:
     """Owen-scrambled points of Sobol's sequence.
@@ -23,29 +26,29 @@ def scrambled_sobol(index: np.ndarray, seeds: np.ndarray) -> np.ndarray:
     """
     index = index.astype(np.uint32)
     # The first dimension is the mirrored index, so that mirrored once more it is the index itself.
-    mirrored = index, reverse_bits(pascal(index))
+    mirrored = index, mirrored_pascal(index)
     coordinates = [unit_interval(reverse_bits(_hash(m, seeds[..., axis]))) for axis, m in enumerate(mirrored)]
     return np.stack(coordinates, axis=-1)
 
 
 def reverse_bits(bits: np.ndarray) -> np.ndarray:
     """The 32 binary digits of uint32 numbers in reverse order."""
-    for width, mask in ((1, 0x55555555), (2, 0x33333333), (4, 0x0F0F0F0F), (8, 0x00FF00FF), (16, 0x0000FFFF)):
-        # Swap neighbouring groups of `width` bits: after the last turn the order of all 32 is reversed.
+    for width, mask in _GROUPS:
+        # Swap neighbouring groups: after the last turn the order of all 32 is reversed.
         bits = (bits >> np.uint32(width) & np.uint32(mask)) | (bits & np.uint32(mask)) << np.uint32(width)
     return bits
 
 
-def pascal(index: np.ndarray) -> np.ndarray:
-    """The second dimension of Sobol's sequence at uint32 indices, unscrambled: uint32, to be read as multiples of 2⁻³².
+def mirrored_pascal(index: np.ndarray) -> np.ndarray:
+    """The second dimension of Sobol's sequence at uint32 indices, unscrambled, its 32 digits in reverse order: uint32.
 
-    Column j of its matrix is row j of Pascal's triangle modulo 2, and each follows from the one before: c ^ c >> 1.
+    Column j of its matrix is row j of Pascal's triangle modulo 2. So bit r of the result is the sum modulo 2 of the
+    index's bits j for which C(j, r) is odd, which are those whose number j has all the binary digits of r, and maybe
+    more (Lucas 1878). Each turn adds those that have one digit more.
     """
-    column, bits = np.uint32(1 << 31), np.zeros_like(index)
-    for digit in range(32):
-        bits ^= np.where(index >> np.uint32(digit) & np.uint32(1), column, np.uint32(0))
-        column ^= column >> np.uint32(1)
-    return bits
+    for width, mask in _GROUPS:
+        index = index ^ (index >> np.uint32(width) & np.uint32(mask))
+    return index
 
 
 def _hash(bits: np.ndarray, seed: np.ndarray) -> np.ndarray:
