@@ -18,9 +18,9 @@ from tests.scenes import WHITE, Estimate, camera_down, floor, irradiance, pictur
 
 from .case import Record, case
 
-#: A lamp of so many watts and metres above a floor, and the thickness of a pane of glass between them.
-POWER, HEIGHT, THICKNESS, IOR = 100.0, 2.0, 0.02, 1.5
-#: As a path tracer's own light needs them, and one reflection by the floor.
+#: The metres of a lamp above a floor, the thickness of a pane of glass between them, and its index of refraction.
+HEIGHT, THICKNESS, IOR = 2.0, 0.02, 1.5
+#: As many bounces as light needs through glass, and one off the floor.
 PATHS = {"max_bounces": 12, "glossy_bounces": 12, "diffuse_bounces": 1}
 
 
@@ -58,8 +58,7 @@ def _under_pane(surface: Shader, radius: float, **settings) -> Estimate:
         Instance(quad((0, 0, z), (4, 0, 0), (0, turn * 4, 0)), materials=material, visibility=_NOT_TO_CAMERA)
         for z, turn in ((1.0 + THICKNESS, 1), (1.0, -1))
     )
-    bare = POWER / (4 * math.pi * HEIGHT**2)
-    lamp = PointLight((0, 0, HEIGHT), (POWER / bare,) * 3, radius)
+    lamp = PointLight((0, 0, HEIGHT), (4 * math.pi * HEIGHT**2,) * 3, radius)
     return irradiance([lamp], instances=tuple(panes), **settings)
 
 
@@ -122,8 +121,8 @@ CAUSTIC, CAUSTIC_CLAMPS = (28, 24, 60, 56), (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.
 @case(
     "Clamping a caustic",
     happens="Fireflies go, and so does the light that they are.",
-    why="See above. With few samples the bias is less than the noise that it saves; with many it is all that is left.",
-    rooks="The same.",
+    why="As above. With few samples the bias can be less than the noise that it saves; with many it is what is left.",
+    rooks="Clamps only when told to, and the setting's tooltip says that it is a bias.",
     instead="More samples, or a larger lamp",
     is_slow=True,
 )
