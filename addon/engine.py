@@ -92,12 +92,15 @@ class RooksRenderEngine(bpy.types.RenderEngine):
         from .camera import export_camera
         from .export import export_scene
         from .metadata import metadata
+        from .previews import without_floor
 
         worn = watch.worn()
         resolution = self.resolution_x, self.resolution_y
         settings = render_settings(depsgraph.scene_eval, resolution)
         scene, warnings = export_scene(depsgraph, export_camera(depsgraph, resolution))
         self._warn(warnings)
+        if self.is_preview:
+            scene = without_floor(scene)
         if not worn.on_scene(scene, settings):
             return
         wants_albedo = depsgraph.view_layer_eval.rooks.use_pass_denoising_data

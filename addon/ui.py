@@ -32,7 +32,6 @@ LAMP_RAYS = ("diffuse", "glossy", "transmission")
 #: Panels for "every engine" that show what Rooks does not do, by how their names begin.
 EXCLUDED_PANELS = (
     "DATA_PT_camera_stereoscopy",
-    "DATA_PT_preview",
     "MATERIAL_PT_freestyle",
     "NODE_DATA_PT_light",
     "NODE_DATA_PT_spot",
@@ -330,6 +329,19 @@ class ROOKS_MATERIAL_PT_settings(_RooksPanel, bpy.types.Panel):
             column.prop(material.cycles, "emission_sampling")
 
 
+class ROOKS_WORLD_PT_preview(_RooksPanel, bpy.types.Panel):
+    bl_label = "Preview"
+    bl_context = "world"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.world is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.layout.template_preview(context.world)
+
+
 class ROOKS_WORLD_PT_surface(_RooksPanel, bpy.types.Panel):
     bl_label = "Surface"
     bl_context = "world"
@@ -360,6 +372,7 @@ CLASSES = (
     ROOKS_LIGHT_PT_shadow,
     ROOKS_MATERIAL_PT_surface,
     ROOKS_MATERIAL_PT_settings,
+    ROOKS_WORLD_PT_preview,
     ROOKS_WORLD_PT_surface,
 )
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import gc
+import os
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +23,8 @@ from tests.scenes import camera_down, floor, lambertian
 from tests.test_rendering import still_life
 
 SETTINGS = RenderSettings(samples=8)
+RESTARTS, WARM_UPS = 1000, 100
+MEGABYTES_MORE = 10
 
 
 class Watched:
@@ -155,6 +160,38 @@ def test_nothing_is_left_of_sessions_that_are_closed(watched):
         session.close()
     assert threading.active_count() <= threads
     assert not any(structure.join() for structure in structures), "Embree's memory has been given back"
+
+
+def usage() -> tuple[int, int, float]:
+    """Threads, open files, and the memory in use in MB."""
+    gc.collect()
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return len(os.listdir("/proc/self/task")), len(os.listdir("/proc/self/fd")), pages * os.sysconf("SC_PAGESIZE") / 1e6
+
+
+def restart() -> None:
+    """Open a viewport, wait for its first picture, and close it while it goes on rendering."""
+    there = threading.Event()
+    session = Session(there.set)
+    session.show_scene(grey(0.5), SETTINGS)
+    session.show_view(view_of(grey(0.5).camera))
+    assert there.wait(300), "kernels may have to be compiled first"
+    assert session.error is None
+    session.close()
+
+
+@pytest.mark.slow
+def test_a_thousand_restarts_leave_nothing_behind(monkeypatch):
+    monkeypatch.setattr(kernels, "start_compiling", lambda: None)
+    for _ in range(WARM_UPS):
+        restart()
+    threads, files, memory = usage()
+    for _ in range(RESTARTS):
+        restart()
+    threads_after, files_after, memory_after = usage()
+    print(f"{RESTARTS} restarts: {memory_after - memory:+.1f} MB, threads {threads} -> {threads_after}")
+    assert (threads_after, files_after) == (threads, files)
+    assert memory_after - memory < MEGABYTES_MORE
 
 
 def test_views_are_compared_by_all_that_is_seen():
