@@ -9,6 +9,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from addon.versions import choose_multilayer_format  # noqa: E402
 from tests.addon_helpers import empty_scene, feed, lamp, quad, shader  # noqa: E402
 from tests.cycles_helpers import region_means  # noqa: E402
 from tests.test_addon_engine import render, saved_pixels  # noqa: E402
@@ -17,8 +18,18 @@ SCENES = Path(__file__).parent.parent / "sample_scenes"
 #: From the Render Layers node to the Denoise node.
 GUIDES = (("Denoising Normal", "Normal"), ("Denoising Albedo", "Albedo"))
 
-#: These tests build their compositor tree, and choose a multi-layer file, as one did before 5.0.
-pytestmark = pytest.mark.skipif(bpy.app.version >= (5, 0), reason="Blender 5.0 makes compositor trees in another way")
+
+def empty_compositor(scene: bpy.types.Scene) -> tuple[bpy.types.NodeTree, bpy.types.NodeSocket]:
+    """The scene's compositor tree, emptied, and the socket that takes its picture."""
+    scene.render.use_compositing = True
+    if bpy.app.version >= (5, 0):
+        tree = bpy.data.node_groups.new("Compositor", "CompositorNodeTree")
+        tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+        scene.compositing_node_group = tree
+        return tree, tree.nodes.new("NodeGroupOutput").inputs["Image"]
+    scene.use_nodes = True
+    scene.node_tree.nodes.clear()
+    return scene.node_tree, scene.node_tree.nodes.new("CompositorNodeComposite").inputs["Image"]
 
 
 def open_scene(name: str, width: int, height: int) -> bpy.types.Scene:
@@ -42,13 +53,11 @@ def converged(scene: bpy.types.Scene, samples: int) -> np.ndarray:
 def denoised(scene: bpy.types.Scene, path: Path, guides=GUIDES) -> tuple[np.ndarray, np.ndarray]:
     """The picture as rendered, and what the compositor makes of it, (height, width, 3) both."""
     bpy.context.view_layer.rooks.use_pass_denoising_data = True
-    scene.use_nodes = scene.render.use_compositing = True
-    tree = scene.node_tree
-    tree.nodes.clear()
-    layers, node, composite = (tree.nodes.new(f"CompositorNode{kind}") for kind in ("RLayers", "Denoise", "Composite"))
+    tree, result = empty_compositor(scene)
+    layers, node = (tree.nodes.new(f"CompositorNode{kind}") for kind in ("RLayers", "Denoise"))
     for output, entry in (("Image", "Image"), *guides):
         tree.links.new(layers.outputs[output], node.inputs[entry])
-    tree.links.new(node.outputs["Image"], composite.inputs["Image"])
+    tree.links.new(node.outputs["Image"], result)
     film = render().films[0]
     return film.passes["Combined"][..., :3], saved_pixels(path)[..., :3]
 
@@ -92,9 +101,8 @@ def test_by_the_albedo_a_faint_texture_outlives_the_noise(tmp_path):
 
 
 def test_ticking_the_box_makes_the_sockets_that_cycles_has():
-    scene = empty_scene()
-    scene.use_nodes = True
-    node = scene.node_tree.nodes.new("CompositorNodeRLayers")
+    tree, _ = empty_compositor(empty_scene())
+    node = tree.nodes.new("CompositorNodeRLayers")
     assert not {"Denoising Normal", "Denoising Albedo"} & {s.name for s in node.outputs if s.enabled}
     bpy.context.view_layer.rooks.use_pass_denoising_data = True
     ours = {socket.name for socket in node.outputs if socket.enabled}
@@ -108,11 +116,11 @@ def test_the_albedo_is_that_of_cycles_where_nothing_is_a_mirror(name, tmp_path):
     """Cycles' too is noisy in each pixel: the two agree in the means of regions."""
     openexr = pytest.importorskip("OpenEXR")
     scene = open_scene(name, 96, 64)
-    layer, image = bpy.context.view_layer, scene.render.image_settings
+    layer = bpy.context.view_layer
     layer.rooks.use_pass_denoising_data = layer.cycles.denoising_store_passes = True
     scene.rooks.samples = scene.cycles.samples = 64
     scene.rooks.max_bounces = scene.cycles.max_bounces = 0
-    image.file_format, image.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    choose_multilayer_format(scene.render.image_settings)
     albedos = []
     for engine in ("ROOKS", "CYCLES"):
         scene.render.engine, scene.render.filepath = engine, str(tmp_path / f"{engine}.exr")
