@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from scipy import stats
 
-from core import SAMPLERS, RenderSettings, render
-from core.domains import shuffle_sets
+from core import SAMPLERS, RenderSettings, SettingsError, render
+from core.domains import make_table, shuffle_sets
 from core.lab.integrands import INTEGRANDS
 from core.lab.scenes import DARK, LIGHT, edge_coverage, penumbra, sharp_edge
 from core.preparation import prepare
@@ -91,6 +91,12 @@ def huge_counts(record: Record) -> None:
                     shared += count - len(np.unique(strata))
     record.claim("coordinates outside of [0, 1)", outside, at_most=0)
     record.claim("strata of 1/n without a point", shared, at_most=0)
+    refusal = ""
+    try:
+        make_table("light", RenderSettings(samples=1 << 20), 640, 1)
+    except SettingsError as error:
+        refusal = str(error)
+    record.claim("lines that refuse 2²⁰ samples of 640 lights", len(refusal.splitlines()), at_least=1, at_most=1)
 
 
 @case(
