@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import signal
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -41,8 +40,6 @@ def run_in_blender(arguments: list[str]) -> int:
     from .kernels import choose_drawing_folder
 
     choose_drawing_folder()
-    # Blender would only make a note of Ctrl-C. It ends with the command, so that its own handler is not missed.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
     parser, commands = _empty_parser("blender FILE.blend --command rooks")
     opened = Path(bpy.data.filepath) if bpy.data.filepath else None
     _add_render(commands, opened)

@@ -63,7 +63,7 @@ def watched_render(watch: Watch, **options) -> None:
             outcome = bpy.ops.render.render(**options)
         except RuntimeError as error:
             watch.error = watch.error or str(error).splitlines()[0].removeprefix("Error: ")
-    if watch.interrupted:
+    if watch.interrupted or core.command_line.was_interrupted():
         raise KeyboardInterrupt
     if watch.error is None and "FINISHED" not in outcome:
         watch.error = "Blender rendered nothing"

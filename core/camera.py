@@ -36,6 +36,8 @@ from .warps import square_to_disk, square_to_polygon
 FINEST_PIXEL = 16 * 2.0**-23
 #: The nearest that a lens can focus, in its radius: float32 holds the squares of the slopes of its rays.
 NEAREST_FOCUS = 1e-12
+#: Squares of the camera's numbers, and what they are multiplied by, have to fit into float32.
+LARGEST = 1e18
 
 
 class CameraArrays(NamedTuple):
@@ -61,9 +63,9 @@ def check_camera(camera: Camera) -> None:
     if width < 1 or height < 1:
         raise SceneError(f"the picture has no pixels: its size is {width} × {height}")
     name = f"the camera {camera.name!r}" if camera.name else "the camera"
-    numbers = (camera.window, camera.lens_radius, camera.aperture_rotation)
-    if not (np.isfinite(camera.matrix).all() and all(np.isfinite(number).all() for number in numbers)):
-        raise SceneError(f"{name} has a position, a window or a lens of numbers that are not finite")
+    numbers = (camera.matrix, camera.window, camera.lens_radius, camera.aperture_rotation)
+    if not all((np.abs(number) < LARGEST).all() for number in numbers):
+        raise SceneError(f"{name} has a position, a window or a lens of numbers that are not finite, or too large")
     _check_window(camera, name)
     if not 0 <= camera.clip_start < camera.clip_end:
         raise SceneError(

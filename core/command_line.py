@@ -1,21 +1,28 @@
 """What the command lines of the core and of the add-on share: one-line errors, exit statuses, kinds of argument.
 
 What is wrong with a command is said before anything is done, in one line on stderr that starts with "rooks:". Exit
-status: 0 done, 1 something is wrong with a file or a scene, 2 with the command itself, 130 interrupted.
+status: 0 done, 1 something is wrong with a file or a scene, 2 with the command itself, 130 interrupted (Ctrl-C), 143
+terminated.
 """
 
 from __future__ import annotations
 
 import argparse
 import re
+import signal
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from .errors import RooksError
 from .samplers import SAMPLERS
 
 PROGRAM = "rooks"
+
+#: The signals that end a command, and what it says then.
+ENDED_BY = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+_received: list[int] = []
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -28,18 +35,44 @@ class OneLineParser(argparse.ArgumentParser):
 def run_command(command: Callable[[], int]) -> int:
     """Run a command and return its exit status, after saying what went wrong if anything did."""
     try:
-        return command()
+        with _ended_by_signals():
+            return command()
     except RooksError as error:
         print(f"{PROGRAM}: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print(f"{PROGRAM}: interrupted", file=sys.stderr)
-        return 130
+        number = _received[0] if _received else signal.SIGINT
+        print(f"{PROGRAM}: {ENDED_BY[number]}", file=sys.stderr)
+        return 128 + number
     except Exception as error:
         # A bug: unlike a user's mistake it deserves a traceback.
         traceback.print_exc()
         print(f"{PROGRAM}: internal error: {error}", file=sys.stderr)
         return 1
+    finally:
+        _received.clear()
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """Make each signal of `ENDED_BY` a KeyboardInterrupt, so that all that is open is closed."""
+
+    def interrupt(number: int, _frame: object) -> None:
+        _received.append(number)
+        raise KeyboardInterrupt
+
+    before = {number: signal.signal(number, interrupt) for number in ENDED_BY}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            if handler is not None:  # one of Blender's own, which ends with the command
+                signal.signal(number, handler)
+
+
+def was_interrupted() -> bool:
+    """Whether a signal has come to end this command: code that swallows exceptions may have swallowed that one too."""
+    return bool(_received)
 
 
 def integer(low: int, high: int) -> Callable[[str], int]:

@@ -151,6 +151,8 @@ class Body:
         """Add the instructions of an expression whose parts are known."""
         if type(value) not in _EXPRESSIONS:
             raise CannotCompileError(f"{type(value).__name__} is no value that can be computed")
+        if self.of_world and isinstance(value, _OF_SURFACES):
+            raise CannotCompileError(f"{type(value).__name__} is read off a surface, and it has none")
         register = _EXPRESSIONS[type(value)](self, value, where)
         if register >= 0:
             self.shared.known[id(value), HERE] = register
@@ -188,6 +190,9 @@ class Body:
             if uncertain and register not in self.required:
                 self.required.add(register)
                 self.act(REQUIRE_FINITE, (register,))
+
+
+_OF_SURFACES = (values.Attribute, values.Fresnel, values.LayerWeight, values.NormalMap, values.Bump)
 
 
 def number_of(name: str, names: Sequence[str], what: str) -> int:

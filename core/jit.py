@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 
 import numba
 from numba.core import config
+from numba.core.caching import FunctionCache
 
 from .kernel_cache import cache_folder
 
@@ -13,12 +15,31 @@ from .kernel_cache import cache_folder
 FAST_MATH = {"contract", "reassoc", "nsz", "arcp"}
 
 
+class _KernelCache(FunctionCache):
+    """Kernels on disk. Where the disk is full, or a file on it is damaged, they are compiled once more."""
+
+    def load_overload(self, signature: object, target_context: object) -> object | None:
+        try:
+            return super().load_overload(signature, target_context)
+        except Exception:  # whatever unpickling makes of damaged bytes
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, signature: object, data: object) -> None:
+        with contextlib.suppress(OSError):
+            super().save_overload(signature, data)
+
+
 def kernel(function: Callable) -> Callable:
     """Compile a function that loops over arrays: releases the GIL, and is cached on disk."""
     # Other users of numba in the same Blender keep their own folder.
     before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder())
     try:
-        return numba.njit(nogil=True, cache=True, _nrt=False, error_model="numpy", fastmath=FAST_MATH)(function)
+        compiled = numba.njit(nogil=True, _nrt=False, error_model="numpy", fastmath=FAST_MATH)(function)
+        if not config.DISABLE_JIT:
+            compiled._cache = _KernelCache(function)
+        return compiled
     finally:
         config.CACHE_DIR = before
 

@@ -20,6 +20,9 @@ IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2,
 NEAR = 1.0
 #: A spot's edge without blend: steep enough to be a step, finite so that 0 × it stays 0.
 _HARD_EDGE = 1e30
+#: Metres: the squares of lengths have to fit into float32.
+_LONGEST = 1e18
+_LENGTHS = ("center", "axis_u", "axis_v", "position", "radius")
 #: A bit of visibility beside those of `scene`: nothing can be in the way of this light.
 SHINES_THROUGH = 64
 
@@ -86,12 +89,15 @@ def pack_lights(lights: Sequence[Light], center: np.ndarray) -> LightArrays:
     for i, light in enumerate(shining):
         _check_light(light)
         row = {name: array[i : i + 1] for name, array in fields.items()}
-        if isinstance(light, AreaLight):
-            _pack_area(row, light, center)
-        elif isinstance(light, SunLight):
-            _pack_sun(row, light)
-        else:
-            _pack_point(row, light, center)
+        with np.errstate(over="ignore"):
+            if isinstance(light, AreaLight):
+                _pack_area(row, light, center)
+            elif isinstance(light, SunLight):
+                _pack_sun(row, light)
+            else:
+                _pack_point(row, light, center)
+        if not all(np.isfinite(array).all() for array in row.values()):
+            raise SceneError(f"lamp {light.name!r}: its size or its scale is too small or too large for float32")
     is_sun = fields["kind"] == IS_SUN
     fields["shared_area"] = np.where(fields["cast_shadow"], fields["area"], np.float32(0))
     fields["extended"] = (fields["kind"] != IS_POINT) & ~(is_sun & (fields["size"] == 0))
@@ -136,6 +142,8 @@ def _check_light(light: Light) -> None:
     for name, value in vars(light).items():
         if not isinstance(value, str) and not np.isfinite(value).all():
             raise SceneError(f"lamp {light.name!r}: its {name.replace('_', ' ')} is not a finite number")
+        if name in _LENGTHS and not np.max(np.abs(value)) < _LONGEST:
+            raise SceneError(f"lamp {light.name!r}: its {name.replace('_', ' ')} is longer than {_LONGEST:g} m")
     if isinstance(light, SunLight):
         if not 0 <= light.angle <= np.pi:
             raise SceneError(f"lamp {light.name!r}: a sun's angle must lie between 0° and 180°")

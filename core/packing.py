@@ -263,6 +263,7 @@ def _placed_vertices(mesh: Mesh, instance: Instance | None, center: np.ndarray) 
     return (mesh.vertices.astype(np.float64) @ rows[:, :3].T + rows[:, 3]).astype(np.float32)
 
 
+@np.errstate(over="ignore")
 def _sound_normals(mesh: Mesh) -> np.ndarray | None:
     """The corner normals, those of the triangle where they are none: degenerate faces can have them NaN or zero."""
     normals = mesh.corner_normals
@@ -285,6 +286,7 @@ def _placed_normals(normals: np.ndarray | None, instance: Instance | None) -> np
     return normals / np.where(length > 0, length, 1)
 
 
+@np.errstate(invalid="ignore")  # those of degenerate faces are raised to 0 at the end
 def _placed_tangents(mesh: Mesh, instance: Instance | None) -> np.ndarray | None:
     if mesh.tangents is None or instance is None:
         return mesh.tangents
@@ -315,6 +317,7 @@ def _starts(arrays: Sequence[np.ndarray | None]) -> np.ndarray:
     return np.array(starts, np.int64)
 
 
+@np.errstate(over="ignore")  # a nearly flat object's own coordinates: samples that use infinite ones are counted
 def _pack_placements(
     instances: list[Instance], meshes: list[Mesh], alone: dict[int, Instance], center: np.ndarray
 ) -> dict:

@@ -31,7 +31,7 @@ def run(*arguments, **options) -> subprocess.CompletedProcess:
 
 @pytest.fixture(scope="module")
 def blends(tmp_path_factory) -> Path:
-    """A folder with files to render: good.blend, no_camera.blend, panorama.blend, broken.blend, damaged.blend."""
+    """A folder with files to render: good.blend, negative.blend, and some that cannot be rendered."""
     folder = tmp_path_factory.mktemp("blends")
 
     def save(name):
@@ -43,6 +43,9 @@ def blends(tmp_path_factory) -> Path:
     lamp("AREA", 100)
     add("Nothing", bpy.data.meshes.new("Nothing"))
     save("good.blend")
+    negative = lamp("SUN", -1)
+    save("negative.blend")
+    bpy.data.objects.remove(negative)
     scene.camera.data.type = "PANO"
     save("panorama.blend")
     scene.camera.data.type = "PERSP"
@@ -181,24 +184,32 @@ def test_help_explains_every_option():
         assert f"--{name.replace('_', '-')}" in text
 
 
-def test_ctrl_c_stops_without_a_traceback(blends, tmp_path):
-    arguments = (
-        blends / "good.blend",
-        "--output",
-        tmp_path / "x.exr",
-        "--samples",
-        50_000,
-        "--resolution",
-        "2000x2000",
-    )
+@pytest.mark.parametrize(
+    ("number", "status", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]
+)
+def test_a_signal_stops_without_a_traceback(blends, tmp_path, number, status, word):
+    picture = tmp_path / "x.exr"
+    picture.write_text("an older picture")
+    arguments = (blends / "good.blend", "--output", picture, "--samples", 50_000, "--resolution", "2000x2000")
     with subprocess.Popen(command(*arguments), cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
         time.sleep(4)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         _out, errors = process.communicate(timeout=120)
-    assert process.returncode == 130
-    assert errors.splitlines()[-1] == "rooks: interrupted"
+    assert process.returncode == status
+    assert errors.splitlines()[-1] == f"rooks: {word}"
     assert "Traceback" not in errors
-    assert os.listdir(tmp_path) == []
+    assert (os.listdir(tmp_path), picture.read_text()) == (["x.exr"], "an older picture")
+
+
+def test_what_was_left_out_is_in_the_summary_and_the_header(blends, tmp_path):
+    done = run(blends / "negative.blend", "--output", tmp_path / "x.exr")
+    assert done.returncode == 0
+    assert "pixels were negative" in done.stdout
+    assert "pixels were negative" in done.stderr
+    openexr = pytest.importorskip("OpenEXR")
+    with openexr.File(str(tmp_path / "x.exr")) as file:
+        assert file.header()["rooks:negative_pixels"] > 0
+        assert file.header()["rooks:dropped_samples"] == 0
 
 
 def test_two_files_of_one_name_do_not_overwrite_each_other(blends, tmp_path):

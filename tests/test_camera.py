@@ -303,6 +303,7 @@ def test_the_filters_inverse_distribution_is_exact():
         ({"resolution": (0, 8)}, "no pixels"),
         ({"matrix": np.full((4, 4), np.nan)}, "not finite"),
         ({"window": (0.0, math.inf, 0.0, 1.0)}, "not finite"),
+        ({"window": (0.0, 1e30, 0.0, 1.0)}, "too large"),
         ({"clip_start": 5.0, "clip_end": 5.0}, "clip start"),
         ({"clip_start": -1.0}, "clip start"),
         ({"clip_end": math.nan}, "clip"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -13,7 +15,7 @@ import numba
 import numpy as np
 import pytest
 
-from core import Instance, Material, PointLight, RenderSettings, Scene, compiling
+from core import Instance, Material, PointLight, RenderSettings, Scene, compiling, jit
 from core.preparation import prepare
 from core.shaders import Glass
 from core.values import EnvironmentTexture
@@ -93,6 +95,42 @@ def test_without_room_for_kernels_one_line_says_so(copy):
     code = "from core import errors, kernel_cache as k\ntry: k.cache_folder()\nexcept errors.RooksError as e: print(e)"
     text = " ".join(ask(copy, on_full_disks(code)))
     assert f"neither in {copy}/cache nor in a temporary folder: make 32 MB of room" in text
+
+
+@pytest.fixture
+def load(tmp_path, monkeypatch):
+    """Loads a small kernel as a new process would: calling it says what it computes, and whether it was compiled."""
+    source = tmp_path / "probe.py"
+    source.write_text("def double(numbers):\n    for i in range(len(numbers)):\n        numbers[i] *= 2\n")
+    monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path / "cache")
+
+    def load() -> tuple[float, bool]:
+        spec = importlib.util.spec_from_file_location("probe", source)
+        probe = importlib.util.module_from_spec(spec)
+        monkeypatch.setitem(sys.modules, "probe", probe)
+        spec.loader.exec_module(probe)
+        double, numbers = jit.kernel(probe.double), np.ones(1)
+        double(numbers)
+        return float(numbers[0]), not double.stats.cache_hits
+
+    return load
+
+
+@pytest.mark.parametrize("damage", [b"", b"no pickle"])
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+def test_a_damaged_kernel_is_compiled_again(load, tmp_path, ending, damage):
+    assert [load(), load()] == [(2.0, True), (2.0, False)]
+    (file,) = (tmp_path / "cache").rglob(f"*.{ending}")
+    file.write_bytes(damage)
+    assert [load(), load()] == [(2.0, True), (2.0, False)]
+
+
+def test_a_kernel_that_the_disk_cannot_take_is_run_all_the_same(load, monkeypatch):
+    def fail(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("numba.core.caching.IndexDataCacheFile._save_data", fail)
+    assert load() == (2.0, True)
 
 
 SCENES = {

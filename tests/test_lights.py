@@ -348,6 +348,21 @@ def test_a_lamp_with_a_number_that_is_not_finite_is_named(lamp, number):
             irradiance([changed(lamp, name="Key", **{field: value})], seeds=1)
 
 
+@pytest.mark.parametrize(
+    "lamp",
+    [
+        AreaLight((0, 0, 1), (1e30, 0, 0), (0, 1, 0), (1.0, 1.0, 1.0), name="Key"),
+        AreaLight((0, 0, 1e30), (1, 0, 0), (0, 1, 0), (1.0, 1.0, 1.0), name="Key"),
+        PointLight((0, 0, 1), (1.0, 1.0, 1.0), 1e30, name="Key"),
+        SpotLight((0, 0, 1), (1.0, 1.0, 1.0), matrix=np.diag([1e-60, 1e-60, 1e-60, 1]), name="Key"),
+    ],
+    ids=["size", "place", "radius", "scale"],
+)
+def test_a_lamp_that_float32_cannot_hold_is_named(lamp):
+    with pytest.raises(SceneError, match="lamp 'Key'"):
+        irradiance([lamp], seeds=1)
+
+
 @pytest.mark.parametrize("angle", [-0.1, 3.2, math.nan])
 def test_a_sun_wider_than_the_sky_is_refused(angle):
     with pytest.raises(SceneError, match=r"lamp 'Sol'.*angle"):

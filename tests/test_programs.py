@@ -26,6 +26,7 @@ from core.shaders import (
 from core.values import (
     GENERATED,
     UV,
+    Attribute,
     Bump,
     Checker,
     ColorRamp,
@@ -33,6 +34,7 @@ from core.values import (
     Coordinates,
     EnvironmentTexture,
     Expression,
+    Fresnel,
     ImageTexture,
     LayerWeight,
     MapRange,
@@ -340,3 +342,12 @@ def test_what_has_no_meaning_is_refused_by_the_materials_name(surface, why):
 def test_a_world_of_two_components_is_refused():
     with pytest.raises(SceneError, match=r"^the world: \(1.0, 1.0\) is neither a number nor a colour"):
         compiled(world=(1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    "value", [Attribute("Col"), Fresnel(), LayerWeight(), NormalMap((0.5, 0.5, 1.0)), Bump(0.5)], ids=repr
+)
+def test_a_world_that_asks_for_a_surface_is_refused(value):
+    """There is no triangle to look at: it was read from memory that belongs to something else."""
+    with pytest.raises(SceneError, match=rf"^the world: {type(value).__name__} is read off a surface"):
+        compiled(world=Mix(0.5, (1.0, 1.0, 1.0), value))
