@@ -20,7 +20,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 from . import kernels, watch
 from ._core import core
 from .failures import failure_text
-from .progress import Progress, finished_lines
+from .progress import Progress, finished_lines, losses
 from .settings import render_settings
 
 ENGINE_ID = "ROOKS"
@@ -131,7 +131,7 @@ class RooksRenderEngine(bpy.types.RenderEngine):
 
         film = core.render(scene, settings, on_tile, should_cancel)
         self.update_stats("", progress.finished(film))
-        self._warn(_losses(film))
+        self._warn(losses(film))
         if not self.is_preview:
             last_render[:] = finished_lines(film)
             self._note(metadata(depsgraph.scene_eval, film, settings))
@@ -175,15 +175,3 @@ def _redraw(engine: weakref.ref[RooksRenderEngine]) -> None:
     with contextlib.suppress(ReferenceError):  # Blender has freed it
         if engine() is not None:
             engine().tag_redraw()
-
-
-def _losses(film: core.Film) -> list[str]:
-    """What of the picture could not be written as it was computed."""
-    losses = []
-    if film.dropped_samples:
-        text = rpt_("{count} samples were not finite numbers and were left out")
-        losses.append(text.format(count=film.dropped_samples))
-    if film.negative_pixels:
-        text = rpt_("{count} pixels were negative, by lamps or emission below 0, and are black instead")
-        losses.append(text.format(count=film.negative_pixels))
-    return losses

@@ -94,12 +94,13 @@ def _render(scene, blend: Path, console: Console) -> Watch:
 
 
 def _summary(blend: Path, film: core.Film, settings: core.settings.RenderSettings) -> str:
-    from .progress import sample_text, sampler_text, speed_text
+    from .progress import losses, sample_text, sampler_text, speed_text
 
-    return (
+    text = (
         f"{blend.name}: {sampler_text(settings)}, {sample_text(settings)}, {film.width} × {film.height} pixels, "
         f"{film.seconds:.2f} s and {film.setup_seconds:.2f} s to set up, {speed_text(film.samples_per_second)}"
     )
+    return "; ".join([text, *losses(film)])
 
 
 def _save_passes(scene, path: Path, film: core.Film, settings: core.settings.RenderSettings) -> None:

@@ -15,6 +15,8 @@ def metadata(
         **{f"{domain}_sampler": name for domain, name in settings.samplers.items()},
         "samples_requested": settings.samples,
         "samples": film.samples,
+        "dropped_samples": film.dropped_samples,
+        "negative_pixels": film.negative_pixels,
         "seed": settings.seed,
         **{name: getattr(settings, name) for name in LIGHT_PATHS},
         "pixel_filter": settings.pixel_filter,

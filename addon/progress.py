@@ -6,6 +6,7 @@ import time
 
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.app.translations import pgettext_n as n_
+from bpy.app.translations import pgettext_rpt as rpt_
 
 from ._core import core
 
@@ -64,7 +65,20 @@ def finished_lines(film: core.Film) -> list[str]:
     if film.cancelled:
         share = film.finished_pixels / (film.width * film.height)
         times += ", " + iface_("stopped at {share:.0%}").format(share=share)
-    return [times, iface_("Memory: {megabytes:.0f} MB and the picture's own").format(megabytes=film.memory / 1e6)]
+    memory = iface_("Memory: {megabytes:.0f} MB and the picture's own").format(megabytes=film.memory / 1e6)
+    return [times, memory, *losses(film)]
+
+
+def losses(film: core.Film) -> list[str]:
+    """What of the picture could not be kept as it was computed."""
+    found = []
+    if film.dropped_samples:
+        text = rpt_("{count} samples were not finite numbers and were left out")
+        found.append(text.format(count=film.dropped_samples))
+    if film.negative_pixels:
+        text = rpt_("{count} pixels were negative, by lamps or emission below 0, and are black instead")
+        found.append(text.format(count=film.negative_pixels))
+    return found
 
 
 def clock_text(seconds: float) -> str:

@@ -43,7 +43,7 @@ def blends(tmp_path_factory) -> Path:
     lamp("AREA", 100)
     add("Nothing", bpy.data.meshes.new("Nothing"))
     save("good.blend")
-    negative = lamp("SUN", -1)
+    negative = lamp("SUN", -100)
     save("negative.blend")
     bpy.data.objects.remove(negative)
     scene.camera.data.type = "PANO"

@@ -277,6 +277,22 @@ def test_progress_reaches_the_end(scene):
     assert steps[-1][0] == steps[-1][1]
 
 
+def test_after_escape_the_next_render_is_right(scene, monkeypatch):
+    scene.render.resolution_x, scene.render.resolution_y, scene.rooks.samples = 200, 140, 64  # several tiles
+    expected = render().films[0].passes["Combined"]
+    progress = []
+    whole = core.render
+    # Escape itself is the engine's test_break, which is Blender's and cannot be replaced.
+    monkeypatch.setattr(core, "render", lambda *given: whole(*given[:3], lambda: bool(progress)))
+    (stopped,) = render(Watch(lambda *tile: progress.append(tile))).films
+    assert stopped.cancelled
+    assert 0 < stopped.finished_pixels < 200 * 140
+    monkeypatch.undo()
+    (again,) = render().films
+    assert not again.cancelled
+    np.testing.assert_array_equal(again.passes["Combined"], expected)
+
+
 def test_registering_twice_and_unregistering_leave_no_trace():
     addon.register()
     addon.unregister()

@@ -48,3 +48,11 @@ def test_the_end_is_told_with_the_films_own_figures():
     film.cancelled, film.finished_pixels = True, 1250
     assert Progress(SETTINGS).finished(film).endswith("stopped")
     assert finished_lines(film)[0].endswith(", stopped at 25%")
+
+
+def test_what_was_left_out_is_told():
+    film = core.Film(0, 0, 100, 50, 16, (100, 50), dropped_samples=12, negative_pixels=3)
+    assert finished_lines(film)[2:] == [
+        "12 samples were not finite numbers and were left out",
+        "3 pixels were negative, by lamps or emission below 0, and are black instead",
+    ]
