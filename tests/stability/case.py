@@ -26,6 +26,8 @@ GROUPS = {
     "materials": "Materials",
     "fireflies": "Fireflies",
     "process": "Processes",
+    "random_scenes": "Random scenes",
+    "broken_files": "Broken files",
 }
 
 RIGHT, LIMIT, WRONG = "right", "limit", "wrong"
