@@ -58,6 +58,8 @@ def watched_render(watch: Watch, **options) -> None:
     """
     import bpy
 
+    if core.command_line.was_interrupted():  # while Blender was loading or opened a file
+        raise KeyboardInterrupt
     with watching(watch):
         try:
             outcome = bpy.ops.render.render(**options)

@@ -214,7 +214,8 @@ def _write_on_full_disk(path: Path, film: Film) -> None:
 def ended_by_a_signal(record: Record) -> None:
     wrong = dict.fromkeys(("exit statuses", "texts that are not one line", "old pictures harmed", "files left"), 0)
     finished = 0
-    for seconds in np.random.default_rng(0).uniform(1.0, 8.0, 5):
+    # Before that Python and Blender are loading, and print what a signal interrupts in there.
+    for seconds in np.random.default_rng(0).uniform(3.0, 9.0, 5):
         with TemporaryDirectory() as folder:
             commands = {number: _Command(Path(folder) / number.name) for number in ENDED_BY}
             time.sleep(seconds)

@@ -37,12 +37,13 @@ def render_all(folder: Path, numbers: list[int]) -> None:
     _fate(BLENDS[0], folder / "picture.exr", errors)  # loads the kernels
     for number in numbers:
         faulthandler.dump_traceback_later(PATIENCE, exit=True, file=crash)
-        tampered = folder / "tampered.blend"
+        tampered = folder / f"{number}.blend"  # a file that is open already would not be opened again
         blend = BLENDS[number % len(BLENDS)]
         source = blend if number % COMPRESSED_EVERY == 0 else plain[blend]
         tampered.write_bytes(_tampered(source.read_bytes(), np.random.default_rng(number)))
         print(_fate(tampered, folder / "picture.exr", errors), file=out)
         faulthandler.cancel_dump_traceback_later()
+        tampered.unlink()
     out.close()
     os._exit(0)  # what Blender does at its end with broken data is of no interest
 
