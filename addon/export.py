@@ -74,6 +74,7 @@ class _Kind:
     materials: tuple[core.scene.Material, ...]
     visibility: int
     name: str
+    lift_shadows_below: float
 
 
 class _Walk:
@@ -116,7 +117,14 @@ class _Walk:
             text = rpt_('object "{name}" is nowhere (its position is NaN or infinite): move it')
             raise core.errors.SceneError(text.format(name=name))
         return tuple(
-            core.scene.Instance(self._kept.meshes[kind.mesh_key].mesh, matrix, kind.materials, visibility, kind.name)
+            core.scene.Instance(
+                self._kept.meshes[kind.mesh_key].mesh,
+                matrix,
+                kind.materials,
+                visibility,
+                kind.name,
+                kind.lift_shadows_below,
+            )
             for (kind, visibility), matrix in zip(self._placed, matrices, strict=True)
         )
 
@@ -167,7 +175,10 @@ class _Walk:
             self._warn(obj, rpt_("Rooks leaves out its hair"))
         slots = self._slots(obj, obj.data, source)
         self._add_needed(mesh_key, mesh, slots)
-        return _Kind(mesh_key, tuple(slot.material for slot in slots), visibility, obj.name)
+        if obj.shadow_terminator_shading_offset > 0:
+            self.warnings.append(f'object "{obj.name}": Rooks leaves out the Shading Offset of its shadow terminator')
+        lift_below = obj.shadow_terminator_geometry_offset
+        return _Kind(mesh_key, tuple(slot.material for slot in slots), visibility, obj.name, lift_below)
 
     def _warn(self, obj: bpy.types.Object, problem: str) -> None:
         self.warnings.append(rpt_('object "{name}": {problem}').format(name=obj.name, problem=problem))

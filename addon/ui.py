@@ -286,6 +286,21 @@ class ROOKS_OBJECT_PT_ray_visibility(_RooksPanel, bpy.types.Panel):
             column.prop(context.object, f"visible_{ray}", text=RAYS[ray])
 
 
+class ROOKS_OBJECT_PT_shadow_terminator(_RooksPanel, bpy.types.Panel):
+    bl_label = "Shadow Terminator"
+    bl_context = "object"
+    bl_parent_id = "OBJECT_PT_visibility"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        kinds = VISIBLE_TYPES - {"LIGHT"}
+        return super().poll(context) and context.object is not None and context.object.type in kinds
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.column().prop(context.object, "shadow_terminator_geometry_offset", text="Geometry Offset")
+
+
 class ROOKS_LIGHT_PT_shadow(_RooksPanel, bpy.types.Panel):
     bl_label = "Shadow"
     bl_context = "data"
@@ -369,6 +384,7 @@ CLASSES = (
     ROOKS_RENDER_PT_performance,
     ROOKS_VIEWLAYER_PT_passes,
     ROOKS_OBJECT_PT_ray_visibility,
+    ROOKS_OBJECT_PT_shadow_terminator,
     ROOKS_LIGHT_PT_shadow,
     ROOKS_MATERIAL_PT_surface,
     ROOKS_MATERIAL_PT_settings,

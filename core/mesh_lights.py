@@ -29,6 +29,7 @@ from .batch import (
     LIGHT_SPREAD,
     LIGHT_VISIBILITY,
     LIGHT_WEIGHT,
+    ORIGIN,
     PACKET,
     POINT,
     POSITION,
@@ -273,6 +274,7 @@ def visit_emitters(batch: Batch, side: Batch, lights: MeshLights, scene: SceneAr
             to[i + HIT_V], to[i + HIT_W] = f[i + CHOSEN_V], f[i + CHOSEN_W]
             _copy_normal(to, scene.geometry, i, placement, lights.triangle[emitter])
             for row in range(3):
+                to[i + ORIGIN + row * LANES] = f[i + POSITION + row * LANES]
                 to[i + DIRECTION + row * LANES] = f[i + SHADOW + DIRECTION + row * LANES]
             to[i + T_FAR] = _ONE
 

@@ -54,6 +54,7 @@ class Geometry(NamedTuple):
     slots: np.ndarray  # (·,) uint16, of the meshes with several materials
     first: np.ndarray  # (M, FIRST_ATTRIBUTE + attributes) int64
     placements: np.ndarray  # (P, 5) int64
+    lift_below: np.ndarray  # (P,) float32: `Instance.lift_shadows_below`
     to_world: np.ndarray  # (P, 3, 4) float32, re-centred; of instanced placements
     normal_to_world: np.ndarray  # (P, 3, 3)
     to_object: np.ndarray  # (P, 3, 4): from world space, or from the mesh's own where instanced
@@ -354,6 +355,7 @@ def _pack_placements(
     ]
     return {
         "placements": np.ascontiguousarray(np.array(columns, np.int64).T),
+        "lift_below": np.array([instance.lift_shadows_below for instance in instances], np.float32),
         "to_world": matrices.astype(np.float32),
         "normal_to_world": np.array([_normal_matrix(m.matrix) for m in instances], np.float32).reshape(count, 3, 3),
         "to_object": to_object.astype(np.float32),

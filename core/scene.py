@@ -91,13 +91,18 @@ class Mesh:
 
 @dataclass(frozen=True, eq=False)
 class Instance:
-    """A mesh placed in the world, with a material for each of its slots (none: the default grey)."""
+    """A mesh placed in the world, with a material for each of its slots (none: the default grey).
+
+    `lift_shadows_below` is a cosine, Blender's geometry offset of the shadow terminator: shadow rays that leave a
+    smooth surface at a lower one start where it would be if it were as round as its normals say. 0: none do.
+    """
 
     mesh: Mesh
     matrix: np.ndarray = field(default_factory=lambda: np.eye(4))
     materials: tuple[Material, ...] = ()
     visibility: int = VISIBLE_TO_ALL
     name: str = ""
+    lift_shadows_below: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -21,11 +21,15 @@ from .batch import (
     INSTANCE,
     INVALID,
     LANES,
+    LIFT,
+    LIFT_BELOW,
+    LIFT_BEYOND,
     LOBE_COUNT,
     MASK,
     MATERIAL,
     NORMAL,
     OFFSET,
+    ORIGIN,
     PACKET,
     POSITION,
     PRIMITIVE,
@@ -53,6 +57,7 @@ from .packing import (
     SceneArrays,
 )
 from .scene import VISIBLE_TO_CAMERA
+from .smooth_lift import Corners, lifts
 
 #: The step off a surface, as a share of the coordinates that went into the hit. Interpolating three vertices and
 #: placing the result rounds 7 times at most and Embree's own test loses as many bits (2^-24 each): twice their sum.
@@ -63,6 +68,8 @@ STEP_OFF = np.float32(2.0**-19)
 STEP_IN = np.float32(2.0**-20)
 #: But by no more than this share of a triangle that is narrower than that.
 MOST_STEP_IN = np.float32(2.0**-6)
+#: A triangle that reaches so many times farther than the ray holds the hit less precisely than the ray does.
+WIDE = np.float32(8)
 #: Where a ray that leaves a surface begins to look, so that the step may be 0 where nothing was rounded.
 JUST_AHEAD = np.float32(1e-30)
 #: The share of the way to a lamp in which something can stand before it: a surface that it lies in does not.
@@ -74,7 +81,6 @@ MISSED_DEPTH = np.float32(1e10)
 _ZERO, _ONE = np.float32(0), np.float32(1)
 
 Vector = tuple[float, float, float]
-Corners = tuple[Vector, Vector, Vector]
 Edges = tuple[Vector, Vector]
 
 
@@ -121,7 +127,6 @@ def _find_surface(f: np.ndarray, bits: np.ndarray, geometry: Geometry, i: int, p
     v, w = f[i + HIT_V], f[i + HIT_W]
     corners = _corners(geometry, mesh, triangle)
     rx, ry, rz = _reach(corners)
-    edges = _edges(corners)
     nx, ny, nz = f[i + HIT_NORMAL], f[i + HIT_NORMAL + Y], f[i + HIT_NORMAL + Z]
     smooth = geometry.first[mesh, CORNER_NORMAL] != NONE
     sx, sy, sz = _interpolated_normal(geometry, mesh, triangle, _ONE - v - w, v, w) if smooth else (nx, ny, nz)
@@ -129,7 +134,6 @@ def _find_surface(f: np.ndarray, bits: np.ndarray, geometry: Geometry, i: int, p
     instanced = geometry.placements[placement, INSTANCED] != 0
     if instanced:
         rx, ry, rz = _reach_in_world(geometry.to_world, placement, rx, ry, rz)
-        edges = _rotate_edges(geometry.to_world, placement, edges)
         nx, ny, nz = rotate(geometry.normal_to_world, placement, nx, ny, nz)
         sx, sy, sz = rotate(geometry.normal_to_world, placement, sx, sy, sz)
     else:
@@ -139,10 +143,26 @@ def _find_surface(f: np.ndarray, bits: np.ndarray, geometry: Geometry, i: int, p
     sx, sy, sz = normalize(sx, sy, sz) if smooth else (nx, ny, nz)
     # Only the error along the normal matters: a floor of kilometres, if it is level, needs a step of millionths.
     offset = STEP_OFF * (abs(nx) * rx + abs(ny) * ry + abs(nz) * rz)
-    v, w = _step_in(v, w, edges, np.float32(2) * offset + STEP_IN * max(rx, ry, rz))
-    x, y, z = _point(corners, v, w)
+    reach, of_ray = max(rx, ry, rz), _ray_reach(f, i)
+    wide = reach > WIDE * of_ray
+    inner_v, inner_w, mx, my, mz = v, w, _ZERO, _ZERO, _ZERO
+    # Rarely so near to an edge that it matters.
+    if min(v, w, _ONE - v - w) < MOST_STEP_IN:
+        edges = _edges(corners)
+        if instanced:
+            edges = _rotate_edges(geometry.to_world, placement, edges)
+        least = np.float32(2) * offset + STEP_IN * (of_ray if wide else reach)
+        margin = _margin(edges, least)
+        if wide:
+            mx, my, mz = _off_edges(v, w, edges, max(margin, STEP_IN))
+            mx, my, mz = least * mx, least * my, least * mz
+        else:
+            inner_v, inner_w = _step_in(v, w, margin)
+    x, y, z = _point(corners, inner_v, inner_w)
     if instanced:
         x, y, z = transform(geometry.to_world, placement, x, y, z)
+    if wide:
+        x, y, z = _as_along_ray(f, i, x, y, z, nx, ny, nz, mx, my, mz)
     away = nx * f[i + DIRECTION] + ny * f[i + DIRECTION + Y] + nz * f[i + DIRECTION + Z] > _ZERO
     side = -_ONE if away else _ONE
     f[i + SIDE] = side
@@ -150,6 +170,20 @@ def _find_surface(f: np.ndarray, bits: np.ndarray, geometry: Geometry, i: int, p
     _store(f, i + POSITION, x, y, z)
     _store(f, i + GEOMETRIC_NORMAL, side * nx, side * ny, side * nz)
     _store(f, i + SHADING_NORMAL, side * sx, side * sy, side * sz)
+    f[i + LIFT] = f[i + LIFT_BEYOND] = f[i + LIFT_BELOW] = _ZERO
+    if smooth and geometry.lift_below[placement] > _ZERO:
+        row = geometry.first[mesh, CORNER_NORMAL] + triangle
+        out, inward = lifts(corners, geometry.corner_normals, row, v, w)
+        # They are in the mesh's space, along normals that are shorter in between.
+        tx, ty, tz = _interpolated_normal(geometry, mesh, triangle, _ONE - v - w, v, w)
+        if instanced:
+            tx, ty, tz = rotate(geometry.to_world, placement, tx, ty, tz)
+        scale = side * np.float32(math.sqrt(_square(tx, ty, tz)))
+        # Smooth normals that oppose the triangle take its inside for its outside.
+        outside = side * (sx * nx + sy * ny + sz * nz) > _ZERO
+        f[i + LIFT_BELOW] = geometry.lift_below[placement]
+        f[i + LIFT] = scale * (out if outside else inward)
+        f[i + LIFT_BEYOND] = scale * (inward if outside else out)
 
 
 @device
@@ -213,18 +247,76 @@ def _point(corners: Corners, v: float, w: float) -> Vector:
 
 
 @device
-def _step_in(v: float, w: float, edges: Edges, least: float) -> tuple[float, float]:
-    """The barycentrics of the nearest point that is at least `least` metres off the triangle's edges."""
+def _margin(edges: Edges, least: float) -> float:
+    """The share of the triangle's lowest height that `least` metres are: its barycentrics of a point so far inside."""
     p, q = edges
     dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     longest = max(_square(p[0], p[1], p[2]), _square(q[0], q[1], q[2]), _square(dx, dy, dz))
-    # |p × q| is the lowest height × the longest edge, and barycentrics count heights.
+    # |p × q| is the lowest height × the longest edge.
     doubled = _square(p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0])
     share = least * least * longest
-    margin = MOST_STEP_IN if share >= MOST_STEP_IN * MOST_STEP_IN * doubled else np.float32(math.sqrt(share / doubled))
+    return MOST_STEP_IN if share >= MOST_STEP_IN * MOST_STEP_IN * doubled else np.float32(math.sqrt(share / doubled))
+
+
+@device
+def _step_in(v: float, w: float, margin: float) -> tuple[float, float]:
+    """The barycentrics of a point near (1 - v - w, v, w) of which all three are at least `margin`, or all but so."""
     v, w = max(v, margin), max(w, margin)
     scale = min((_ONE - margin) / (v + w), _ONE)
     return v * scale, w * scale
+
+
+@device
+def _off_edges(v: float, w: float, edges: Edges, margin: float) -> Vector:
+    """The direction away from all edges off which the barycentrics (1 - v - w, v, w) are less than `margin`."""
+    p, q = edges
+    x, y, z = _ZERO, _ZERO, _ZERO
+    if v < margin:
+        x, y, z = _across(p[0], p[1], p[2], q[0], q[1], q[2])
+    if w < margin:
+        dx, dy, dz = _across(q[0], q[1], q[2], p[0], p[1], p[2])
+        x, y, z = x + dx, y + dy, z + dz
+    if _ONE - v - w < margin:
+        dx, dy, dz = _across(-p[0], -p[1], -p[2], q[0] - p[0], q[1] - p[1], q[2] - p[2])
+        x, y, z = x + dx, y + dy, z + dz
+    return x, y, z
+
+
+@device
+def _across(x: float, y: float, z: float, ex: float, ey: float, ez: float) -> Vector:
+    """The part of (x, y, z) that is at right angles to the edge e, as a unit vector."""
+    share = (x * ex + y * ey + z * ez) / _square(ex, ey, ez)
+    return normalize(x - share * ex, y - share * ey, z - share * ez)
+
+
+@device
+def _ray_reach(f: np.ndarray, i: int) -> float:
+    """What the rounding errors of the point at which lane i's ray ends are proportional to."""
+    start = max(abs(f[i + ORIGIN]), abs(f[i + ORIGIN + Y]), abs(f[i + ORIGIN + Z]))
+    return start + f[i + T_FAR] * max(abs(f[i + DIRECTION]), abs(f[i + DIRECTION + Y]), abs(f[i + DIRECTION + Z]))
+
+
+@device
+def _as_along_ray(
+    f: np.ndarray,
+    i: int,
+    x: float,
+    y: float,
+    z: float,
+    nx: float,
+    ny: float,
+    nz: float,
+    mx: float,
+    my: float,
+    mz: float,
+) -> Vector:
+    """The point of (x, y, z)'s plane, whose normal is n, to which the ray leads, and m on from there."""
+    t = f[i + T_FAR]
+    dx = f[i + ORIGIN] + t * f[i + DIRECTION] + mx - x
+    dy = f[i + ORIGIN + Y] + t * f[i + DIRECTION + Y] + my - y
+    dz = f[i + ORIGIN + Z] + t * f[i + DIRECTION + Z] + mz - z
+    off = dx * nx + dy * ny + dz * nz
+    return x + (dx - off * nx), y + (dy - off * ny), z + (dz - off * nz)
 
 
 @device

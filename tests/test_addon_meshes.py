@@ -309,3 +309,13 @@ def test_a_mesh_in_edit_mode_is_rendered_as_edited():
         assert (len(instance.mesh.vertices), len(instance.mesh.triangles), warnings) == (8, 4, [])
     finally:
         bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def test_the_shadow_terminators_geometry_offset_arrives_and_its_shading_offset_is_named():
+    obj = quad("Quad")
+    assert instances()[0].lift_shadows_below == pytest.approx(0.1)
+    obj.shadow_terminator_geometry_offset = 0.3
+    obj.shadow_terminator_shading_offset = 0.2
+    scene, warnings = export()
+    assert scene.instances[0].lift_shadows_below == pytest.approx(0.3)
+    assert warnings == ['object "Quad": Rooks leaves out the Shading Offset of its shadow terminator']

@@ -486,3 +486,31 @@ def test_a_transparent_film_is_as_opaque_as_in_cycles(name, scene, tmp_path):
     environment(scene, (slice(18, 30), slice(34, 50), 1.0))
     put_on((MATERIALS | GRAPHS)[name]())
     check(scene, tmp_path)
+
+
+TERMINATORS = {
+    "diffuse": (of_node("Diffuse", Color=GOLD), 0.1),
+    "diffuse-0": (of_node("Diffuse", Color=GOLD), 0.0),
+    "diffuse-0.6": (of_node("Diffuse", Color=GOLD), 0.6),
+    "glossy": (of_node("Glossy", GGX, Color=GOLD, Roughness=0.6), 0.1),
+    "translucent": (of_node("Translucent", Color=GOLD), 0.1),
+}
+
+
+@pytest.mark.parametrize("name", TERMINATORS)
+def test_the_shadow_terminator_of_a_coarse_ball_is_that_of_cycles(name, scene, tmp_path):
+    """A smooth ball of 12 × 6 faces under a sun that grazes what the camera sees of it."""
+    make, offset = TERMINATORS[name]
+    for obj in list(scene.objects):
+        if obj.type in ("MESH", "LIGHT"):
+            bpy.data.objects.remove(obj)
+    scene.world = None
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=12, ring_count=6, radius=0.9, location=(0, 0, 0.9))
+    coarse = bpy.context.object
+    bpy.ops.object.shade_smooth()
+    coarse.data.materials.append(make())
+    coarse.shadow_terminator_geometry_offset = offset
+    sun = lamp("SUN", 3, (0, 0, 5), "Sun", angle=0.02)
+    sun.rotation_euler = (math.radians(-15), math.radians(80), 0)
+    # In the dark around the ball a small region has a single pixel of its outline, too few to know the variance by.
+    assert_alike(pictures(scene, tmp_path, SAMPLES, SEEDS), 2 * REGION)

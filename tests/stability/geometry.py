@@ -16,6 +16,7 @@ from tests.scenes import (
     floor,
     lambertian,
     picture,
+    pixel_centers,
     polygon,
     quad,
     rotation,
@@ -204,3 +205,50 @@ def camera_in_a_wall(record: Record) -> None:
         RenderSettings(samples=16, sampler="regular", threads=1),
     ).passes["Depth"]
     record.claim("error of a quarter of a window of 10⁻⁴ m about a corner", abs((hits < 2).mean() - 0.25), at_most=1e-6)
+
+
+@case(
+    "The shadow terminator of a coarse smooth ball",
+    happens="The border of light on a smooth ball follows its triangles, in steps.",
+    why="The interpolated normal still sees the light where the flat triangle has its back to it, or where its "
+    "neighbour shadows it: the shading ends at a cosine well above 0.",
+    rooks="Starts shadow rays at grazing light where the smooth surface would be, as Cycles does, by the object's "
+    "Geometry Offset; with 0 the triangles shadow each other as they stand.",
+)
+def shadow_terminator(record: Record) -> None:
+    """A ball of 8 rings in the sun: the steps along the border, against cos θ / π of its own smooth normals."""
+    mesh = sphere(1.0, rings=8, smooth=True)
+    direction = np.array([math.cos(0.2), 0.0, math.sin(0.2)])
+    sun = SunLight(tuple(direction), (np.pi,) * 3)
+    camera = camera_down(2.2, (128, 128), height=3)
+    settings = RenderSettings(samples=1, sampler="regular", threads=1)
+    for below in (0.0, 0.1):
+        ball = Instance(mesh, materials=(WHITE,), lift_shadows_below=below)
+        passes = render(Scene(camera, (ball,), (sun,)), settings).passes
+        seen, cosine = passes["Combined"][..., 0], passes["Normal"] @ direction.astype(np.float32)
+        wrong = np.abs(seen - np.maximum(cosine, 0)).max()
+        record.show(f"Geometry Offset {below:g}", passes["Combined"][..., :3])
+        if below == 0:
+            record.claim("largest step with a Geometry Offset of 0", wrong, at_least=0.05)
+        else:
+            record.claim("largest error with 0.1, Blender's default", wrong, at_most=1e-5)
+
+
+@case(
+    "Lifted shadow rays and the shadows of other things",
+    happens="Shadow rays that start above a surface pass over what lies on it.",
+    why="The lift of a coarse mesh is as high as it is coarse.",
+    rooks="Lifts only rays at grazing light: what stands on the lit side keeps its shadow, the far side stays dark.",
+)
+def lifted_shadows(record: Record) -> None:
+    mesh = sphere(1.0, rings=8, smooth=True)
+    sun = SunLight((1.0, 0.0, 0.0), (np.pi,) * 3)
+    camera = camera_down(2.2, (64, 64), height=3)
+    ball = Instance(mesh, materials=(WHITE,), lift_shadows_below=0.1)
+    screen = Instance(quad((1.5, 0, 0), (0, 0, 4), (0, 4, 0)))
+    x = np.broadcast_to(pixel_centers(camera)[0], (64, 64))
+    lit = picture(Scene(camera, (ball,), (sun,)))
+    record.claim("light beyond the smooth normals' border", lit[x < -0.05].max(), at_most=1e-5)
+    record.claim("light in the shadow of a screen", picture(Scene(camera, (ball, screen), (sun,))).max(), at_most=0)
+    inside = Scene(replace(camera, matrix=np.eye(4)), (ball,), (sun, SunLight((0.0, 0.0, 1.0), (np.pi,) * 3)))
+    record.claim("light from outside, seen from inside", picture(inside).max(), at_most=0)
