@@ -15,6 +15,7 @@ import numpy as np
 from bpy.app.translations import pgettext_n as n_
 from bpy.app.translations import pgettext_rpt as rpt_
 
+from . import versions
 from ._core import core
 from .kept import Kept, KeptMesh
 from .lights import export_light, linking_problems, surface_visibility
@@ -175,9 +176,9 @@ class _Walk:
             self._warn(obj, rpt_("Rooks leaves out its hair"))
         slots = self._slots(obj, obj.data, source)
         self._add_needed(mesh_key, mesh, slots)
-        if obj.shadow_terminator_shading_offset > 0:
+        lift_below, shading_offset = versions.shadow_terminator_offsets(obj)
+        if shading_offset > 0:
             self.warnings.append(f'object "{obj.name}": Rooks leaves out the Shading Offset of its shadow terminator')
-        lift_below = obj.shadow_terminator_geometry_offset
         return _Kind(mesh_key, tuple(slot.material for slot in slots), visibility, obj.name, lift_below)
 
     def _warn(self, obj: bpy.types.Object, problem: str) -> None:

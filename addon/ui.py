@@ -294,11 +294,14 @@ class ROOKS_OBJECT_PT_shadow_terminator(_RooksPanel, bpy.types.Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
+        if not super().poll(context) or context.object is None:
+            return False
         kinds = VISIBLE_TYPES - {"LIGHT"}
-        return super().poll(context) and context.object is not None and context.object.type in kinds
+        return context.object.type in kinds and versions.shadow_terminator(context.object) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.column().prop(context.object, "shadow_terminator_geometry_offset", text="Geometry Offset")
+        owner = versions.shadow_terminator(context.object)
+        self.column().prop(owner, "shadow_terminator_geometry_offset", text="Geometry Offset")
 
 
 class ROOKS_LIGHT_PT_shadow(_RooksPanel, bpy.types.Panel):

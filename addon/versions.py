@@ -68,3 +68,16 @@ def is_looked_up(socket: bpy.types.NodeSocket | None, texture: bpy.types.Node) -
 def normal_map_points_down(node: bpy.types.Node) -> bool:
     """Whether a Normal Map node's green grows downwards, DirectX's convention; a choice that 5.0 does not have yet."""
     return getattr(node, "convention", "OPENGL") == "DIRECTX"
+
+
+def shadow_terminator(obj: bpy.types.Object) -> bpy.types.bpy_struct | None:
+    """What has the offsets of an object's shadow terminator: itself; up to 4.3 what Cycles adds, if enabled."""
+    return obj if hasattr(obj, "shadow_terminator_geometry_offset") else getattr(obj, "cycles", None)
+
+
+def shadow_terminator_offsets(obj: bpy.types.Object) -> tuple[float, float]:
+    """The Geometry Offset and the Shading Offset of an object's shadow terminator."""
+    owner = shadow_terminator(obj)
+    geometry = getattr(owner, "shadow_terminator_geometry_offset", 0.1)  # Blender's default
+    older = getattr(owner, "shadow_terminator_offset", 0.0)
+    return geometry, getattr(owner, "shadow_terminator_shading_offset", older)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ bpy = pytest.importorskip("bpy")
 
 from mathutils import Matrix  # noqa: E402
 
+from addon import versions  # noqa: E402
 from core.errors import SceneError  # noqa: E402
 from core.scene import (  # noqa: E402
     VISIBLE_TO_ALL,
@@ -319,3 +322,9 @@ def test_the_shadow_terminators_geometry_offset_arrives_and_its_shading_offset_i
     scene, warnings = export()
     assert scene.instances[0].lift_shadows_below == pytest.approx(0.3)
     assert warnings == ['object "Quad": Rooks leaves out the Shading Offset of its shadow terminator']
+
+
+def test_in_blender_4_3_cycles_has_the_shadow_terminators_offsets_and_without_it_they_are_the_defaults():
+    cycles = SimpleNamespace(shadow_terminator_geometry_offset=0.3, shadow_terminator_offset=0.2)
+    assert versions.shadow_terminator_offsets(SimpleNamespace(cycles=cycles)) == (0.3, 0.2)
+    assert versions.shadow_terminator_offsets(SimpleNamespace()) == (0.1, 0.0)
