@@ -88,10 +88,10 @@ def with_window(blender: Blender, home: Path) -> None:
         server.wait()
 
 
-def start_screen(blender: Blender) -> tuple[subprocess.Popen, str]:
+def start_screen(blender: Blender, geometry: str = GEOMETRY) -> tuple[subprocess.Popen, str]:
     """A virtual screen, and the name of its display."""
     server = subprocess.Popen(
-        [*blender.command, "--exec", "Xvfb", "-displayfd", "1", "-screen", "0", GEOMETRY],
+        [*blender.command, "--exec", "Xvfb", "-displayfd", "1", "-screen", "0", geometry],
         cwd=ROOT,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,

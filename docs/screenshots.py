@@ -1,12 +1,14 @@
 """Take the screenshots of docs/blender.md in a real Blender's window, on a virtual screen.
 
-    .venv/bin/python docs/screenshots.py ZIP BLENDER VERSION
+    .venv/bin/python docs/screenshots.py FOLDER ZIP BLENDER [ARG...]
 
-BLENDER VERSION is a command that opens a window when it gets `--window SECONDS SHOT.png` first, and takes
-REAL_BLENDER_HOME as the user's home: as `.ci/real_blender.py` wants it, and has it here.
+BLENDER [ARG...] is a command as `.ci/window.py` wants it, and FOLDER, in docs/images/window, is where the pictures go.
+What is done in the window is in `screenshots_script.py`.
 """
 
+import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -16,49 +18,53 @@ from PIL import Image
 
 ROOT = Path(__file__).resolve().parent.parent
 PLACE = ROOT / "docs" / "images" / "window"
+SCRIPT = Path(__file__).with_name("screenshots_script.py")
+sys.path.insert(0, str(ROOT / ".ci"))
 
-#: Each screenshot: its scene, what is done to the window `w` with the 3-D view `view` and the properties `properties`,
-#: and how long to wait, in seconds.
-SHOTS = {
-    "viewport": ("still_life", "view.region_3d.view_perspective = 'CAMERA'", 25),
-    "turned": ("glossy", "view.region_3d.view_perspective = 'PERSP'", 25),
-    "error": ("still_life", "w.scene.camera.data.type = 'PANO'; view.region_3d.view_perspective = 'CAMERA'", 12),
-}
-#: Runs in Blender, once its window is there.
-SCRIPT = """
-import bpy
-def show():
-    w = bpy.context.window_manager.windows[0]
-    spaces = {{area.type: area.spaces.active for area in w.screen.areas}}
-    view, properties = spaces["VIEW_3D"], spaces["PROPERTIES"]
-    w.scene.render.engine = "ROOKS"
-    properties.context = "RENDER"
-    {do}
-    view.shading.type = "RENDERED"
-bpy.context.preferences.view.show_splash = False
-bpy.app.timers.register(show, first_interval=2)
-"""
+import real_blender  # noqa: E402
+import window  # noqa: E402
+
+GEOMETRY = "1600x1400x24"  # room for a window in which all panels are seen
+TAKES = 580.0  # seconds at most, with kernels to be compiled
+QUALITY = 88  # of JPEG: a palette of 256 colours is no smaller, and takes the red out of the pawns
 
 
 def main() -> None:
-    """Install the extension for a user of its own, compile its kernels, and take all screenshots."""
-    zip_file, *command = sys.argv[1:]
-    PLACE.mkdir(parents=True, exist_ok=True)
+    """Install the extension for a user of its own, and take all screenshots."""
+    folder, zip_file, *command = sys.argv[1:]
     with tempfile.TemporaryDirectory(prefix="rooks-") as home:
-        environment = os.environ | {"REAL_BLENDER_HOME": home}
+        blender = real_blender.Blender(command, Path(home))
+        real_blender.installs(blender, zip_file)
+        take(blender, Path(home), PLACE / folder)
 
-        def blender(*arguments: str) -> None:
-            subprocess.run([*command, *arguments], cwd=ROOT, env=environment, check=True, stdout=subprocess.DEVNULL)
 
-        blender("--command", "extension", "install-file", "--repo", "user_default", "--enable", zip_file)
-        scene = "sample_scenes/still_life.blend"
-        blender("--background", scene, "--engine", "ROOKS", "--render-output", f"{home}/frame_", "--render-frame", "1")
-        for name, (scene, do, seconds) in SHOTS.items():
-            shot, script = Path(home) / f"{name}.png", Path(home) / f"{name}.py"
-            script.write_text(SCRIPT.format(do=do))
-            blender("--window", str(seconds), str(shot), f"sample_scenes/{scene}.blend", "--python", str(script))
-            with Image.open(shot) as picture:
-                picture.convert("RGB").quantize(256).save(PLACE / f"{name}.png", optimize=True)
+def take(blender: real_blender.Blender, home: Path, place: Path) -> None:
+    """Let the script take its pictures, and keep of each what it marks."""
+    set_up = "import bpy; bpy.context.preferences.view.show_splash = False; bpy.ops.wm.save_userpref()"
+    blender.succeed("--background", "--python-expr", set_up)
+    notes_file = home / "screenshots.json"
+    notes_file.write_text("")
+    server, blender.environment["DISPLAY"] = window.start_screen(blender, GEOMETRY)
+    try:
+        subprocess.run(
+            [*blender.command, "--python", str(SCRIPT), "--", str(notes_file), str(home)],
+            cwd=ROOT,
+            env=blender.environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            timeout=TAKES,
+            check=True,
+        )
+    finally:
+        os.killpg(server.pid, signal.SIGTERM)
+        server.wait()
+    place.mkdir(parents=True, exist_ok=True)
+    for note in map(json.loads, notes_file.read_text().splitlines()):
+        if note["name"] == "failure":
+            sys.exit(f"in {note['step']}: {note['text']}")
+        with Image.open(home / f"{note['shot']}.png") as picture:
+            shown = picture.convert("RGB").crop(note["box"])
+            shown.save(place / f"{note['shot']}.jpg", quality=QUALITY, subsampling=0, optimize=True)
 
 
 if __name__ == "__main__":
