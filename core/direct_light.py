@@ -156,7 +156,8 @@ def reflect(batch: Batch, lobe_stride: int, diffuse_competes: bool, packets: int
             if max(r, g, b) <= _ZERO:
                 f[i + LIGHT_WEIGHT] = _ZERO
             sign = _ONE if side > _ZERO else -_ONE
-            _make_shadow_ray(f, i, dx, dy, dz, sign, _lift(f, i, sign))
+            lift = _lift(f, i, sign) if f[i + LIFT_BELOW] > _ZERO else _ZERO
+            _make_shadow_ray(f, i, dx, dy, dz, sign, lift)
             if bits[i + LIGHT_VISIBILITY] & np.uint32(SHINES_THROUGH) != np.uint32(0):
                 f[i + SHADOW + T_FAR] = _ZERO  # before where the ray begins to look
 
