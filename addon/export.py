@@ -20,7 +20,7 @@ from ._core import core
 from .kept import Kept, KeptMesh
 from .lights import export_light, linking_problems, surface_visibility
 from .materials import ExportedMaterial, MaterialExporter
-from .meshes import add_needed, export_mesh, warnings_of
+from .meshes import add_needed, export_mesh, lost_uvs, warnings_of
 from .world import export_world
 
 #: Kinds of object that Blender renders and that are not turned into meshes.
@@ -178,7 +178,7 @@ class _Walk:
         self._add_needed(mesh_key, mesh, slots)
         lift_below, shading_offset = versions.shadow_terminator_offsets(obj)
         if shading_offset > 0:
-            self.warnings.append(f'object "{obj.name}": Rooks leaves out the Shading Offset of its shadow terminator')
+            self._warn(obj, rpt_("Rooks leaves out the Shading Offset of its shadow terminator"))
         return _Kind(mesh_key, tuple(slot.material for slot in slots), visibility, obj.name, lift_below)
 
     def _warn(self, obj: bpy.types.Object, problem: str) -> None:
@@ -209,7 +209,7 @@ class _Walk:
             needs |= slot.needs
         if needs != kept.needs:
             kept.mesh, kept.needs = add_needed(kept.mesh, mesh, needs), needs
-            self.warnings += warnings_of(mesh, needs)
+            self.warnings += warnings_of(mesh, needs) + lost_uvs(mesh, kept.mesh.uvs)
 
     def _parent_visibility(self, parent: bpy.types.Object | None) -> int:
         """What an instancer's own visibility leaves of that of its instances."""

@@ -18,6 +18,9 @@ from . import sequences
 #: What Blender shows where an image is missing.
 MISSING = (1.0, 0.0, 1.0)
 
+#: Rows of an image that are converted at a time.
+STRIP = 64
+
 #: Colour spaces whose pixels are used as they are.
 UNCHANGED_SPACES = {"Non-Color", "Linear Rec.709", "Linear", "Raw", "Generic Data", "Utilities - Raw", ""}
 
@@ -109,7 +112,19 @@ def _problem_of_pixels(image: bpy.types.Image, name: str) -> str | None:
 
 
 def _colors(image: bpy.types.Image, straight: bool) -> np.ndarray:
+    """In strips of rows: what stands between a large image's pixels and its colours would fill the memory."""
     raw = _pixels(image)
+    # Blender makes float images linear when it loads them, and keeps bytes as they are in the file.
+    is_linear = image.is_float or image.colorspace_settings.name in UNCHANGED_SPACES
+    colors = np.empty((*raw.shape[:2], 3), np.float32 if is_linear else np.uint8)
+    for row in range(0, len(raw), STRIP):
+        strip = _colors_of(image, raw[row : row + STRIP], straight)
+        colors[row : row + STRIP] = strip if is_linear else np.rint(strip * 255.0)
+    return colors
+
+
+def _colors_of(image: bpy.types.Image, raw: np.ndarray, straight: bool) -> np.ndarray:
+    """(rows, width, 3) float32, as the file has them, of some rows of pixels."""
     colors = raw[:, :, :3] if image.channels >= 3 else np.repeat(raw[:, :, :1], 3, axis=2)
     if image.channels == 4 and image.alpha_mode in ("STRAIGHT", "PREMUL") and not image.colorspace_settings.is_data:
         alpha = raw[:, :, 3:]
@@ -118,10 +133,7 @@ def _colors(image: bpy.types.Image, straight: bool) -> np.ndarray:
             colors = np.divide(colors, alpha, out=colors.copy(), where=alpha > 0.0)
         elif not straight and not image.is_float:
             colors = np.floor(colors * 255.0 * alpha + 1e-3) / 255.0  # Cycles does it in whole numbers, rounded down
-    # Blender makes float images linear when it loads them, and keeps bytes as they are in the file.
-    if image.is_float or image.colorspace_settings.name in UNCHANGED_SPACES:
-        return np.ascontiguousarray(colors)
-    return np.rint(colors * 255.0).astype(np.uint8)
+    return colors
 
 
 def _opacity(image: bpy.types.Image) -> np.ndarray | None:

@@ -91,6 +91,15 @@ def warnings_of(mesh: bpy.types.Mesh, needs: Needs) -> list[str]:
     return warnings
 
 
+def lost_uvs(mesh: bpy.types.Mesh, uvs: np.ndarray | None) -> list[str]:
+    """A warning of texture coordinates (T, 3, 2) that are no numbers: the renderer takes those for 0."""
+    wrong = 0 if uvs is None else int((~np.isfinite(uvs)).any(axis=2).sum())
+    if wrong == 0:
+        return []
+    text = rpt_("{count} of its texture coordinates are NaN or infinite, and taken for 0: unwrap it again")
+    return [_warning(mesh, text.format(count=wrong))]
+
+
 def _warning(mesh: bpy.types.Mesh, problem: str) -> str:
     return rpt_('mesh "{name}": {problem}').format(name=mesh.name, problem=problem)
 

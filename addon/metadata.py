@@ -17,6 +17,7 @@ def metadata(
         "samples": film.samples,
         "dropped_samples": film.dropped_samples,
         "negative_pixels": film.negative_pixels,
+        "blocked_samples": film.blocked_samples,
         "seed": settings.seed,
         **{name: getattr(settings, name) for name in LIGHT_PATHS},
         "pixel_filter": settings.pixel_filter,

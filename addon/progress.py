@@ -78,6 +78,12 @@ def losses(film: core.Film) -> list[str]:
     if film.negative_pixels:
         text = rpt_("{count} pixels were negative, by lamps or emission below 0, and are black instead")
         found.append(text.format(count=film.negative_pixels))
+    if film.blocked_samples:
+        text = rpt_(
+            "{count} samples passed as many transparent surfaces as Light Paths allow, and see the next one black: "
+            "raise Transparent there"
+        )
+        found.append(text.format(count=film.blocked_samples))
     return found
 
 

@@ -32,7 +32,8 @@ TINY = np.float32(1e-20)
 
 
 class AlbedoTables(NamedTuple):
-    """Float32, evenly spaced along axes from 0 to 1: the roughness, `_direction` or the root of the cosine, `_index`.
+    """Float32, evenly spaced along axes from 0 to 1: the roughness; `_direction`, `_turn` or the root of the cosine;
+    `_index`.
 
     An albedo is the share of the light that one bounce leaves in the viewer's direction; a mean is its average over the
     hemisphere, weighted with 2 cosine. Shares are how far a reflectance has gone from that head on to 1.
@@ -45,11 +46,12 @@ class AlbedoTables(NamedTuple):
     glass_out: np.ndarray  # (index, roughness, direction): and here on the other side
     glass_out_mean: np.ndarray  # (index, roughness)
     dielectric_share: np.ndarray  # (index, roughness, root)
+    dielectric_share_out: np.ndarray  # (index, roughness, turn)
     schlick_share: np.ndarray  # (roughness, root)
 
 
 #: For scenes without facets, whose kernels look nothing up.
-NO_TABLES = AlbedoTables(*(np.zeros((1,) * dimensions, np.float32) for dimensions in (2, 1, 3, 2, 3, 2, 3, 2)))
+NO_TABLES = AlbedoTables(*(np.zeros((1,) * dimensions, np.float32) for dimensions in (2, 1, 3, 2, 3, 2, 3, 3, 2)))
 
 
 @functools.cache
@@ -83,6 +85,8 @@ def glass_albedo(tables: AlbedoTables, roughness: float, cosine: float, eta: flo
 @device
 def dielectric_share(tables: AlbedoTables, roughness: float, cosine: float, eta: float) -> float:
     """How far a dielectric's reflectance has gone, on average over the facets that the viewer sees."""
+    if eta < ONE:
+        return _between_eight(tables.dielectric_share_out, _index(eta), roughness, _turn(cosine, eta))
     return _between_eight(tables.dielectric_share, _index(eta), roughness, np.sqrt(cosine))
 
 
@@ -101,6 +105,18 @@ def _direction(alpha: float, cosine: float) -> float:
     """
     stretched = cosine / max(reach(alpha, cosine), TINY)
     return HALF * (np.sqrt(cosine) + stretched**TWO_THIRDS)
+
+
+@device
+def _turn(cosine: float, eta: float) -> float:
+    """Where a direction is on the axis that has the critical angle of an eta below 1 in its middle.
+
+    There the reflectance has a kink, which would be lost between entries, and a vertical tangent.
+    """
+    critical = np.sqrt((ONE - eta) * (ONE + eta))
+    if cosine <= critical:
+        return HALF - HALF * np.sqrt((critical - cosine) / max(critical, TINY))
+    return HALF + HALF * np.sqrt((cosine - critical) / max(ONE - critical, TINY))
 
 
 @device

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .albedo_tables import AlbedoTables, glass_albedo, mirrors_albedo, schlick_share
+from .albedo_tables import AlbedoTables, dielectric_share, glass_albedo, mirrors_albedo, schlick_share
 from .fresnel import SCHLICK_AT_82, conductor_reflectance, dielectric_reflectance, f0_from_ior, f82_coefficient
 from .jit import device, subroutine
 from .lobe_record import (
@@ -57,8 +57,11 @@ THREE = np.float32(3)
 #: Lobes of less weight than this, and roughnesses of matt surfaces, are left out.
 CUTOFF = np.float32(1e-5)
 INFINITY = np.float32(np.inf)
-#: Keeps an index of refraction from being divided by while it is 0.
-LEAST_INDEX = np.float32(1e-5)
+#: Indices of refraction are kept between these: 0 would be divided by, and of one whose reflectance is 1 to float32
+#: nothing would be left to go on with. At either end all but 1 in 25 000 is reflected head on.
+LEAST_INDEX, LARGEST_INDEX = np.float32(1e-5), np.float32(1e5)
+#: Of less light than this that glass lets pass, tables do not tell how much is lost between its facets.
+LEAST_PASSING = np.float32(0.05)
 #: How steep a mirrored ray has to leave the triangle at least: this, or the share of the viewer's own steepness.
 LEAST_RISE, SHARE_OF_RISE = np.float32(0.01), np.float32(0.9)
 #: Sharper than this a cosine-power lobe is a perfect mirror.
@@ -334,23 +337,50 @@ def append_dielectric(
 
     Most of the light that bounces between the facets goes through in the end, so it takes the transmitted light's tint.
     """
-    index = max(ior, LEAST_INDEX)
+    index = clamp_index(ior)
     eta = index if view.front else ONE / index
     cosine = clamp01(view.x * nx + view.y * ny + view.z * nz)
     single, mean = glass_albedo(tables, roughness, cosine, eta) if multiscatter else (ONE, ONE)
-    seen = ZERO
+    seen, head_on = ZERO, f0_from_ior(index)
     reflectance = dielectric_reflectance(cosine, eta)
     for channel in range(3):
         tint = lobes[at + TRANSMISSION_TINT + channel]
         seen += (reflectance * lobes[at + REFLECTION_TINT + channel] + (ONE - reflectance) * tint) / THREE
-        lobes[at + F0 + channel] = clamp01(f0_from_ior(index) * lobes[at + F0 + channel])
+        lobes[at + F0 + channel] = clamp01(head_on * lobes[at + F0 + channel])
         lobes[at + F90 + channel] = ONE
     lobes[at + EXPONENT] = -eta
     set_facets(lobes, at, roughness, eta, SCHLICK)
-    r *= brightening(single, mean, lobes[at + TRANSMISSION_TINT])
-    g *= brightening(single, mean, lobes[at + TRANSMISSION_TINT + 1])
-    b *= brightening(single, mean, lobes[at + TRANSMISSION_TINT + 2])
+    single_r = single_g = single_b = single
+    if multiscatter and not (lobes[at + F0] == lobes[at + F0 + 1] == lobes[at + F0 + 2] == head_on):
+        single_r = tinted_glass_albedo(tables, roughness, cosine, eta, single, lobes[at + F0])
+        single_g = tinted_glass_albedo(tables, roughness, cosine, eta, single, lobes[at + F0 + 1])
+        single_b = tinted_glass_albedo(tables, roughness, cosine, eta, single, lobes[at + F0 + 2])
+    r *= brightening(single_r, mean, lobes[at + TRANSMISSION_TINT])
+    g *= brightening(single_g, mean, lobes[at + TRANSMISSION_TINT + 1])
+    b *= brightening(single_b, mean, lobes[at + TRANSMISSION_TINT + 2])
     return append_lobe(lobes, at, GGX_GLASS, r, g, b, single * seen, nx, ny, nz)
+
+
+@device
+def tinted_glass_albedo(
+    tables: AlbedoTables, roughness: float, cosine: float, eta: float, single: float, f0: float
+) -> float:
+    """`single`, the albedo of glass after one bounce, where it reflects f0 head on and not what its eta does.
+
+    Facets leave less of what they reflect than of what they let pass. With s the share of the way from f0 to 1 that
+    the reflectance R has gone, the albedo is R × that of mirrors + (1 - R) × that of panes, which therefore is known.
+    """
+    mirrors, _ = mirrors_albedo(tables, roughness, cosine)
+    head_on, share = f0_from_ior(eta), dielectric_share(tables, roughness, cosine, eta)
+    passes = (ONE - head_on) * (ONE - share)
+    panes = (single - (ONE - passes) * mirrors) / passes if passes > LEAST_PASSING else ONE
+    return single + (head_on - f0) * (ONE - share) * (min(max(panes, mirrors), ONE) - mirrors)
+
+
+@device
+def clamp_index(ior: float) -> float:
+    """The nearest index of refraction that can be computed with."""
+    return min(max(ior, LEAST_INDEX), LARGEST_INDEX)
 
 
 @subroutine
@@ -369,7 +399,7 @@ def append_refraction(
     view: View,
 ) -> int:
     """Refraction BSDF."""
-    index = max(ior, LEAST_INDEX)
+    index = clamp_index(ior)
     nx, ny, nz = specular_normal(view, nx, ny, nz)
     set_facets(lobes, at, clamp01(roughness), index if view.front else ONE / index, NO_FRESNEL)
     return append_lobe(lobes, at, GGX_REFRACTION, weight * r, weight * g, weight * b, ONE, nx, ny, nz)

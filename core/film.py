@@ -39,8 +39,9 @@ class Film:
     colour of what the camera rays hit first, from 0 to 1 (see `denoising`).
     `x` and `y` are the lower left pixel of the film in the full frame, whose size `resolution` is. `dropped_samples`
     counts samples that were not finite numbers: they are left out of the mean. `negative_pixels` counts pixels that
-    came out below 0, which light of negative power can do: there they are 0. `memory` is the bytes that the render
-    took beside the film.
+    came out below 0, which light of negative power can do: there they are 0. `blocked_samples` counts samples that had
+    used up their transparent bounces when they met one more surface, which they see black. `memory` is the
+    bytes that the render took beside the film.
     """
 
     x: int
@@ -55,6 +56,7 @@ class Film:
     seconds: float = 0.0
     dropped_samples: int = 0
     negative_pixels: int = 0
+    blocked_samples: int = 0
     memory: int = 0
     cancelled: bool = False
 
@@ -79,6 +81,7 @@ class TileSums(NamedTuple):
     normal: np.ndarray  # (pixels, 3)
     depth: np.ndarray  # (pixels,) of the pixel's first sample: a mean over an edge would be the depth of nothing
     albedo: np.ndarray  # (pixels, 3) of all samples, or (0, 3) where nobody asks for it
+    blocked: np.ndarray  # (1,) samples of the tile: see `Film.blocked_samples`
 
 
 def new_tile_sums(pixels: int, with_albedo: bool = False) -> TileSums:
@@ -89,6 +92,7 @@ def new_tile_sums(pixels: int, with_albedo: bool = False) -> TileSums:
         normal=np.zeros((pixels, 3)),
         depth=np.zeros(pixels),
         albedo=np.zeros((pixels if with_albedo else 0, 3)),
+        blocked=np.zeros(1, np.int64),
     )
 
 

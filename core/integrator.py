@@ -23,6 +23,7 @@ from .batch import (
     INVALID,
     LANES,
     LAST,
+    LAST_SURFACE,
     LOBE_COUNT,
     PACKET,
     PASSED,
@@ -163,7 +164,7 @@ def render_blocks(
             if ways.shines:
                 world = scene.materials.world
                 add_emission(batch, world, frame.emitters, frame.environment, ways.hide_world, frame.clamp, packets)
-            if not _end_paths(batch, lobe_stride, packets) or step == ways.steps:
+            if not _end_paths(batch, lobe_stride, sums, packets) or step == ways.steps:
                 break
             # Light the surfaces.
             for sample in range(ways.light_samples):
@@ -217,7 +218,7 @@ def _look_up(batch: Batch, row: int, table: PointTable, dimension: int, block: B
 
 
 @kernel
-def _end_paths(batch: Batch, lobe_stride: int, packets: int) -> bool:
+def _end_paths(batch: Batch, lobe_stride: int, sums: TileSums, packets: int) -> bool:
     """End the paths that have met nothing, or used up their bounces. Returns whether any goes on."""
     f, bits = batch.floats, batch.bits
     more = False
@@ -227,6 +228,8 @@ def _end_paths(batch: Batch, lobe_stride: int, packets: int) -> bool:
                 if bits[i + PRIMITIVE] == INVALID:
                     f[i + ACTIVE] = _ZERO
                 elif f[i + LAST] > _ZERO:
+                    if f[i + LAST] == LAST_SURFACE:
+                        sums.blocked[0] += 1
                     end_last(batch, lobe_stride, i)
             more |= f[i + ACTIVE] > _ZERO
     return more

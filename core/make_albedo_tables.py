@@ -18,11 +18,13 @@ from .albedo_tables import FILE, AlbedoTables
 #: Entries along the axes. All multiples of 0.05 among the roughnesses have their own. The way out of glass, where total
 #: reflection makes kinks, has more indices of refraction.
 ROUGHNESSES, DIRECTIONS, INDICES_IN, INDICES_OUT = 41, 32, 16, 48
+#: Along the axis that has the critical angle in its middle.
+TURNS = 33
 #: Points of a lattice, which is a Fibonacci number, and the one before it: for an entry, and for one that is averaged
 #: over so many cosines.
 LATTICE, MEAN_LATTICE, MEAN_COSINES = (10946, 6765), (1597, 987), 48
 #: The limits of the axes: entries on them stand for what happens on the way there.
-LEAST_ROUGHNESS, LEAST_COSINE, LARGEST_AMPLITUDE = 1e-2, 1e-6, 0.98
+LEAST_ROUGHNESS, LEAST_COSINE, LARGEST_AMPLITUDE, LEAST_INDEX = 1e-2, 1e-6, 0.98, 1.0001
 
 
 def make_tables() -> AlbedoTables:
@@ -30,6 +32,9 @@ def make_tables() -> AlbedoTables:
     into = [functools.partial(reflected_or_refracted, eta=index) for index in indices(INDICES_IN)]
     out = [functools.partial(reflected_or_refracted, eta=1 / index) for index in indices(INDICES_OUT)]
     shares = [functools.partial(dielectric_share, eta=index) for index in indices(INDICES_IN)]
+    below_one = 1 / np.maximum(indices(INDICES_OUT), LEAST_INDEX)
+    shares_out = [functools.partial(dielectric_share, eta=index) for index in below_one]
+    turns = [functools.partial(turned, eta=index) for index in below_one]
     return AlbedoTables(
         mirrors=_by_direction(reflected, cosine_at),
         mirrors_mean=_by_roughness(reflected),
@@ -38,15 +43,18 @@ def make_tables() -> AlbedoTables:
         glass_out=np.array([_by_direction(integral, cosine_at) for integral in out]),
         glass_out_mean=np.array([_by_roughness(integral) for integral in out]),
         dielectric_share=np.array([_by_direction(integral, square) for integral in shares]),
+        dielectric_share_out=np.array(
+            [_by_direction(integral, turn, TURNS) for integral, turn in zip(shares_out, turns, strict=True)]
+        ),
         schlick_share=_by_direction(schlick_share, square),
     )
 
 
-def _by_direction(integral: Callable, cosine: Callable) -> np.ndarray:
+def _by_direction(integral: Callable, cosine: Callable, directions: int = DIRECTIONS) -> np.ndarray:
     """A table (roughness, direction); `cosine` turns the place on the axis of directions into a cosine."""
-    table = np.zeros((ROUGHNESSES, DIRECTIONS), np.float32)
+    table = np.zeros((ROUGHNESSES, directions), np.float32)
     for row, alpha in zip(table, alphas(), strict=True):
-        row[:] = [integral(alpha, max(cosine(place, alpha), LEAST_COSINE)) for place in np.linspace(0, 1, DIRECTIONS)]
+        row[:] = [integral(alpha, max(cosine(place, alpha), LEAST_COSINE)) for place in np.linspace(0, 1, directions)]
     return table
 
 
@@ -72,6 +80,13 @@ def indices(count: int) -> np.ndarray:
 def square(place: float, alpha: float) -> float:
     """The cosine at a place on the axis of the tables of shares."""
     return place * place
+
+
+def turned(place: float, alpha: float, *, eta: float) -> float:
+    """The cosine at a place on the axis whose middle is where total reflection ends."""
+    critical = np.sqrt((1 - eta) * (1 + eta))
+    off = (2 * place - 1) ** 2
+    return critical * (1 - off) if place <= 0.5 else critical + (1 - critical) * off
 
 
 def cosine_at(place: float, alpha: float) -> float:

@@ -28,6 +28,7 @@ from .batch import (
     Z,
     new_batch,
 )
+from .closures import clamp_index
 from .environment import direction_to_panorama
 from .fresnel import dielectric_reflectance
 from .instructions import (
@@ -82,6 +83,8 @@ from .warps import HALF, ONE, TWO, ZERO, clamp01
 #: How far beside the hit a bump looks at its height, as a share of the ray's length: about half a pixel at usual
 #: resolutions, and far enough for float32 to see a difference.
 _ASIDE = np.float32(2.0**-11)
+#: Slopes are computed with up to this.
+_VERTICAL = np.float32(1e15)
 INFINITY, NAN = np.float32(np.inf), np.float32(np.nan)
 
 
@@ -362,7 +365,7 @@ def _view_dependent(f: np.ndarray, r: np.ndarray, i: int, operation: int, number
         exponent = TWO * blend if blend < HALF else HALF / (ONE - blend)
         return ONE - np.float32(min(cosine, ONE) ** exponent)
     if operation == FRESNEL:
-        eta = max(value, np.float32(1e-5))
+        eta = clamp_index(value)
         return dielectric_reflectance(cosine, eta if front else ONE / eta)
     eta = max(ONE - value, np.float32(1e-5))
     return dielectric_reflectance(cosine, ONE / eta if front else eta)
@@ -394,8 +397,7 @@ def _normal_map(
         bx, by, bz = ny * tz - nz * ty, nz * tx - nx * tz, nx * ty - ny * tx
         bx, by, bz = handedness * bx, handedness * by, handedness * bz
         x, y, z = x * tx + y * bx + z * nx, x * ty + y * by + z * ny, x * tz + y * bz + z * nz
-        x, y, z = normalize(x, y, z)
-        return side * x, side * y, side * z
+        return _unit_or_normal(f, i, side * x, side * y, side * z)
     if space == 1:
         # to_object is affine: its transpose takes normals the other way.
         m = geometry.to_object
@@ -406,9 +408,16 @@ def _normal_map(
         )
         if geometry.placements[placement, INSTANCED] != 0:
             x, y, z = rotate(geometry.normal_to_world, placement, x, y, z)
-    x, y, z = normalize(x, y, z)
-    x, y, z = side * x, side * y, side * z
-    return normalize(sx + share * (x - sx), sy + share * (y - sy), sz + share * (z - sz))
+    x, y, z = _unit_or_normal(f, i, side * x, side * y, side * z)
+    return _unit_or_normal(f, i, sx + share * (x - sx), sy + share * (y - sy), sz + share * (z - sz))
+
+
+@device
+def _unit_or_normal(f: np.ndarray, i: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """A vector made one long; one of no length, which a map's mean grey stands for, is the shading normal."""
+    if (x == ZERO) & (y == ZERO) & (z == ZERO):
+        return f[i + SHADING_NORMAL], f[i + SHADING_NORMAL + Y], f[i + SHADING_NORMAL + Z]
+    return normalize(x, y, z)
 
 
 @device
@@ -455,16 +464,24 @@ def _bump(
     ux, uy, uz = _edge(geometry, placement, mesh, triangle, 1)
     vx, vy, vz = _edge(geometry, placement, mesh, triangle, 2)
     # Slopes along the edges, per edge.
-    along_u = (beside - here) / _step(f, geometry, i, placement, mesh, triangle, 1)
-    along_v = (above - here) / _step(f, geometry, i, placement, mesh, triangle, 2)
+    along_u = _steep(distance * (beside - here) / _step(f, geometry, i, placement, mesh, triangle, 1))
+    along_v = _steep(distance * (above - here) / _step(f, geometry, i, placement, mesh, triangle, 2))
     # The gradient over the surface, times the determinant of the edges and the normal.
     px, py, pz = vy * nz - vz * ny, vz * nx - vx * nz, vx * ny - vy * nx
     qx, qy, qz = ny * uz - nz * uy, nz * ux - nx * uz, nx * uy - ny * ux
     determinant = ux * px + uy * py + uz * pz
     gx, gy, gz = along_u * px + along_v * qx, along_u * py + along_v * qy, along_u * pz + along_v * qz
     # What is high rises towards the viewer from behind as well, as Cycles has it: a relief would be sunk there.
-    scale = distance * (ONE if determinant >= ZERO else -ONE)
+    sign = ONE if determinant >= ZERO else -ONE
     size = abs(determinant)
-    x, y, z = normalize(size * nx - scale * gx, size * ny - scale * gy, size * nz - scale * gz)
+    x, y, z = normalize(size * nx - sign * gx, size * ny - sign * gy, size * nz - sign * gz)
     rest = ONE - strength
     return normalize(strength * x + rest * nx, strength * y + rest * ny, strength * z + rest * nz)
+
+
+@device
+def _steep(slope: float) -> float:
+    """A slope, or one as good as vertical where it is steeper; NaN stays NaN."""
+    if abs(slope) > _VERTICAL:
+        return _VERTICAL if slope > ZERO else -_VERTICAL
+    return slope

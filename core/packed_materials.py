@@ -87,4 +87,10 @@ def _pack_textures(textures: Sequence[ImageTexture | EnvironmentTexture]) -> Tex
         row[EXTENSION] = EXTENSIONS.index(texture.extension) if isinstance(texture, ImageTexture) else REPEAT
         row[SMOOTH] = texture.interpolation == "linear"
         row[FIRST] = firsts[id(pixels)]
-    return Textures(table, np.concatenate(floats), np.concatenate(small))
+    return Textures(table, _joined(floats), _joined(small))
+
+
+def _joined(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """All pixels in one array: of a single image its own, for a large one fits into memory once rather than twice."""
+    filled = [part for part in parts if len(part)]
+    return np.ascontiguousarray(filled[0]) if len(filled) == 1 else np.concatenate(parts)

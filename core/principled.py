@@ -18,13 +18,14 @@ import numpy as np
 from .albedo_tables import AlbedoTables, dielectric_share, mirrors_albedo
 from .closures import (
     CUTOFF,
-    LEAST_INDEX,
+    LARGEST_INDEX,
     View,
     append_dielectric,
     append_f82,
     append_lobe,
     append_transparent,
     brightening,
+    clamp_index,
     mean_dielectric_reflectance,
     one_bounce,
     set_color,
@@ -116,7 +117,8 @@ def append_principled(
 @device
 def _in_range(inputs: Inputs) -> Inputs:
     """The inputs clamped as Cycles 4.5 does: shares and roughnesses to 0 to 1; colours, the coat and the specular level
-    only from below; the coat's index from 1 and the other from just above 0. Metal and glass take colours above 1 as 1.
+    only from below; the coat's index from 1 and the other from just above 0, both to what can be computed with. Metal
+    and glass take colours above 1 as 1.
     """
     return Inputs(
         base_r=max(inputs.base_r, ZERO),
@@ -124,7 +126,7 @@ def _in_range(inputs: Inputs) -> Inputs:
         base_b=max(inputs.base_b, ZERO),
         metallic=clamp01(inputs.metallic),
         roughness=clamp01(inputs.roughness),
-        ior=max(inputs.ior, LEAST_INDEX),
+        ior=clamp_index(inputs.ior),
         alpha=clamp01(inputs.alpha),
         diffuse_roughness=clamp01(inputs.diffuse_roughness),
         specular_level=max(inputs.specular_level, ZERO),
@@ -134,7 +136,7 @@ def _in_range(inputs: Inputs) -> Inputs:
         transmission=clamp01(inputs.transmission),
         coat=max(inputs.coat, ZERO),
         coat_roughness=clamp01(inputs.coat_roughness),
-        coat_ior=max(inputs.coat_ior, ONE),
+        coat_ior=min(max(inputs.coat_ior, ONE), LARGEST_INDEX),
         coat_r=max(inputs.coat_r, ZERO),
         coat_g=max(inputs.coat_g, ZERO),
         coat_b=max(inputs.coat_b, ZERO),

@@ -111,7 +111,7 @@ def _render_tiles(
     settings = prepared.settings
     stop = np.zeros(1, np.uint8)  # kernels look at it between batches
 
-    def render_one(bounds: Bounds) -> tuple[dict[str, np.ndarray], int] | None:
+    def render_one(bounds: Bounds) -> tuple[dict[str, np.ndarray], int, int] | None:
         with prepared.packed.structure.user() as is_open:
             return _render_tile(bounds, prepared, stop) if is_open else None
 
@@ -124,8 +124,9 @@ def _render_tiles(
             while waiting:
                 finished, _ = wait(waiting, timeout=POLL, return_when=FIRST_COMPLETED)
                 for future in finished:
-                    bounds, (passes, dropped) = waiting.pop(future), future.result()
+                    bounds, (passes, dropped, blocked) = waiting.pop(future), future.result()
                     film.dropped_samples += dropped
+                    film.blocked_samples += blocked
                     film.negative_pixels += _raise_to_black(passes["Combined"])
                     _deliver(film, bounds, passes, len(tiles) - len(waiting), len(tiles), on_tile)
                 if should_cancel is not None and should_cancel():
@@ -163,8 +164,8 @@ def _tiles(film: Film, size: int) -> list[Bounds]:
     return sorted(tiles, key=place)
 
 
-def _render_tile(bounds: Bounds, prepared: Prepared, stop: np.ndarray) -> tuple[dict[str, np.ndarray], int] | None:
-    """Render the blocks that touch `bounds`: their passes and dropped samples; None where it was told to stop."""
+def _render_tile(bounds: Bounds, prepared: Prepared, stop: np.ndarray) -> tuple[dict[str, np.ndarray], int, int] | None:
+    """Render the blocks that touch `bounds`: their passes, dropped and blocked samples; None where it was stopped."""
     grid, samples = BlockGrid(bounds), prepared.settings.sample_count
     sums = new_tile_sums(grid.pixels, prepared.settings.denoising_albedo)
     render_blocks(*prepared.workspace(), prepared.frame, grid.blocks, Run(0, samples), sums, stop)
@@ -172,7 +173,8 @@ def _render_tile(bounds: Bounds, prepared: Prepared, stop: np.ndarray) -> tuple[
         return None
     counts = grid.raster(sums.count[:, None])
     dropped = counts.size * samples - int(counts.sum())
-    return {name: grid.raster(values) for name, values in develop(sums, samples).items()}, dropped
+    passes = {name: grid.raster(values) for name, values in develop(sums, samples).items()}
+    return passes, dropped, int(sums.blocked[0])
 
 
 def _deliver(

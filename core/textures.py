@@ -23,6 +23,8 @@ from .packed_materials import (
 )
 
 _ONE, _HALF = np.float32(1), np.float32(0.5)
+_INFINITY, _NAN = np.float32(np.inf), np.float32(np.nan)
+_FARTHEST = np.float32(2.0**62)
 
 
 @device
@@ -39,15 +41,18 @@ def _cell(x: float) -> int:
 
 @device
 def image_color(textures: Textures, texture: int, x: float, y: float) -> tuple[float, float, float]:
-    """The linear colour of an image at (x, y), which are 0 to 1 across it."""
+    """The linear colour of an image at (x, y), which are 0 to 1 across it; NaN where they are not finite."""
     width, height = textures.table[texture, WIDTH], textures.table[texture, HEIGHT]
     extension = textures.table[texture, EXTENSION]
     x, y = x * np.float32(width), y * np.float32(height)
+    # Not math.isfinite: the compiler's liberties with sums let it take that for granted.
+    if not abs(x) + abs(y) < _INFINITY:
+        return _NAN, _NAN, _NAN
     if textures.table[texture, SMOOTH] != 0:
         x, y = x - _HALF, y - _HALF
-        left, below = math.floor(x), math.floor(y)
-        s, t = np.float32(x - left), np.float32(y - below)
-        i, j = np.int64(left), np.int64(below)
+        left, below = np.floor(x), np.floor(y)
+        s, t = x - left, y - below
+        i, j = _whole(left), _whole(below)
         r00, g00, b00 = _texel(textures, texture, i, j, width, height, extension)
         r10, g10, b10 = _texel(textures, texture, i + 1, j, width, height, extension)
         r01, g01, b01 = _texel(textures, texture, i, j + 1, width, height, extension)
@@ -57,11 +62,17 @@ def image_color(textures: Textures, texture: int, x: float, y: float) -> tuple[f
         g = w00 * g00 + w10 * g10 + w01 * g01 + w11 * g11
         b = w00 * b00 + w10 * b10 + w01 * b01 + w11 * b11
     else:
-        i, j = np.int64(math.floor(x)), np.int64(math.floor(y))
+        i, j = _whole(np.floor(x)), _whole(np.floor(y))
         r, g, b = _texel(textures, texture, i, j, width, height, extension)
     if textures.table[texture, KIND] == IMAGE_SRGB_BYTES:
         return _from_srgb(r), _from_srgb(g), _from_srgb(b)
     return r, g, b
+
+
+@device
+def _whole(x: float) -> int:
+    """A float without a fraction as an integer, or the nearest that is far from where integers end."""
+    return np.int64(min(max(x, -_FARTHEST), _FARTHEST))
 
 
 @device

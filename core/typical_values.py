@@ -14,6 +14,8 @@ from .value_arithmetic import color_of, is_constant
 from .values import EnvironmentTexture, Expression, ImageTexture, Mix, Value
 
 _UNKNOWN = 0.5
+#: Components of an image that are looked at together.
+STRIP = 1 << 22
 _LARGEST = float(np.finfo(np.float32).max)
 
 
@@ -59,14 +61,18 @@ def _mean(value: Value) -> np.ndarray:
 
 
 def _mean_pixel(pixels: np.ndarray) -> np.ndarray:
-    """Of those components that are finite."""
-    finite = np.isfinite(pixels)
-    count = np.maximum(finite.sum(axis=(0, 1)), 1)
-    scale = 1 / 255 if pixels.dtype == np.uint8 else 1
-    return np.sum(np.abs(pixels), axis=(0, 1), dtype=np.float64, where=finite) * scale / count
+    """Of those components that are finite; in strips, for a large image's copies would fill the memory."""
+    sums, counts = np.zeros(3), np.zeros(3)
+    for strip in np.array_split(pixels, -(-pixels.size // STRIP)):
+        for channel in range(3):
+            sizes = np.abs(strip[..., channel])
+            finite = np.isfinite(sizes)
+            sums[channel] += sizes.sum(dtype=np.float64, where=finite)
+            counts[channel] += finite.sum()
+    return sums * (1 / 255 if pixels.dtype == np.uint8 else 1) / np.maximum(counts, 1)
 
 
 def _is_anywhere(value: Value) -> np.ndarray:
     if isinstance(value, ImageTexture | EnvironmentTexture):
-        return value.pixels.any(axis=(0, 1))
+        return np.array([value.pixels[..., channel].any() for channel in range(3)])
     return np.full(3, True) if isinstance(value, Expression) else np.not_equal(color_of(value), 0)

@@ -166,3 +166,14 @@ def test_opacity_that_is_1_or_not_used_is_none():
     source.alpha_mode = "NONE"
     assert Images().opacity(source) is None
     assert Images().opacity(image("Opaque")) is None
+
+
+def test_an_image_of_many_rows_is_read_whole():
+    empty_scene()
+    gradient = bpy.data.images.new("Gradient", 2, 150)
+    rows = np.repeat((np.arange(150) / 255).astype(np.float32)[:, None], 2, axis=1)
+    pixels = np.stack([rows, rows, rows, np.ones_like(rows)], axis=-1)
+    gradient.pixels.foreach_set(pixels.ravel())
+    colors = Images().colors(gradient)
+    assert colors.dtype == np.uint8
+    assert (colors[..., 0] == np.arange(150)[:, None]).all()

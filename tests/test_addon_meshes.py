@@ -328,3 +328,15 @@ def test_in_blender_4_3_cycles_has_the_shadow_terminators_offsets_and_without_it
     cycles = SimpleNamespace(shadow_terminator_geometry_offset=0.3, shadow_terminator_offset=0.2)
     assert versions.shadow_terminator_offsets(SimpleNamespace(cycles=cycles)) == (0.3, 0.2)
     assert versions.shadow_terminator_offsets(SimpleNamespace()) == (0.1, 0.0)
+
+
+def test_texture_coordinates_that_are_no_numbers_are_told():
+    empty_scene()
+    paint, color = shader("ShaderNodeBsdfDiffuse")
+    feed(color.inputs["Color"], "ShaderNodeTexImage")
+    obj = quad()
+    obj.data.materials.append(paint)
+    obj.data.uv_layers[0].uv[0].vector = np.nan, 0
+    _scene, warnings = export()
+    # One corner of the square, which two triangles share.
+    assert any('mesh "Quad": 2 of its texture coordinates are NaN or infinite' in text for text in warnings)

@@ -51,8 +51,10 @@ def test_the_end_is_told_with_the_films_own_figures():
 
 
 def test_what_was_left_out_is_told():
-    film = core.Film(0, 0, 100, 50, 16, (100, 50), dropped_samples=12, negative_pixels=3)
+    film = core.Film(0, 0, 100, 50, 16, (100, 50), dropped_samples=12, negative_pixels=3, blocked_samples=5)
     assert finished_lines(film)[2:] == [
         "12 samples were not finite numbers and were left out",
         "3 pixels were negative, by lamps or emission below 0, and are black instead",
+        "5 samples passed as many transparent surfaces as Light Paths allow, and see the next one black: "
+        "raise Transparent there",
     ]

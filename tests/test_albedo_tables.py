@@ -95,16 +95,15 @@ def test_interpolation_costs_little():
     cosine = np.cos(np.radians(degrees))
     found = look_up(roughness, cosine, eta)[:, (0, 2, 4, 5)]
 
-    index = np.maximum(eta, 1 / eta)
     exact = np.array(
         [
             (
                 make_albedo_tables.reflected(alpha, c),
                 make_albedo_tables.reflected_or_refracted(alpha, c, eta=e),
-                make_albedo_tables.dielectric_share(alpha, c, eta=i),
+                make_albedo_tables.dielectric_share(alpha, c, eta=e),
                 make_albedo_tables.schlick_share(alpha, c),
             )
-            for alpha, c, e, i in zip(roughness**2, cosine, eta, index, strict=True)
+            for alpha, c, e in zip(roughness**2, cosine, eta, strict=True)
         ]
     )
     # Albedos are divided by; shares are added to something.
@@ -159,6 +158,9 @@ def test_the_file_is_what_the_script_makes():
     assert tables.glass_out[13, 9, 15] == pytest.approx(refracted(alpha, cosine, eta=1 / indices_out[13]), abs=1e-6)
     share = make_albedo_tables.dielectric_share(alpha, root, eta=indices_in[6])
     assert tables.dielectric_share[6, 9, 15] == pytest.approx(share, abs=1e-6)
+    turn = make_albedo_tables.turned(20 / (make_albedo_tables.TURNS - 1), alpha, eta=1 / indices_out[13])
+    share = make_albedo_tables.dielectric_share(alpha, turn, eta=1 / indices_out[13])
+    assert tables.dielectric_share_out[13, 9, 20] == pytest.approx(share, abs=1e-6)
     assert tables.schlick_share[9, 15] == pytest.approx(make_albedo_tables.schlick_share(alpha, root), abs=1e-6)
 
 

@@ -202,8 +202,19 @@ def test_white_metal_and_clear_glass_lose_nothing(roughness, degrees, share):
     assert reflected(degrees, **changes) == pytest.approx(1, abs=5e-3)
 
 
+@pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0])
+@pytest.mark.parametrize("ior", [1.1, 1.5, 2.5])
+@pytest.mark.parametrize(("degrees", "front"), [(0, True), (60, True), (85, True), (0, False), (60, False)])
+@pytest.mark.parametrize("tint", [0.0, 0.5])
+def test_clear_glass_that_reflects_less_head_on_loses_and_makes_nothing(roughness, ior, degrees, front, tint):
+    changes = {"base": (1, 1, 1), "roughness": roughness, "ior": ior, "transmission": 1, "specular": (tint,) * 3}
+    assert reflected(degrees, front, **changes) == pytest.approx(1, abs=5e-3)
+
+
 @pytest.mark.parametrize("roughness", [0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0])
-@pytest.mark.parametrize("changes", [{}, {"coat": 1}, {"coat": 1, "coat_roughness": 0.5}, {"ior": 2.5}])
+@pytest.mark.parametrize(
+    "changes", [{}, {"coat": 1}, {"coat": 1, "coat_roughness": 0.5}, {"ior": 2.5}, {"ior": 0.8}, {"ior": 0.3}]
+)
 @pytest.mark.parametrize("degrees", [0, 30, 60, 78, 84, 87, 88])
 def test_white_layers_lose_and_make_nothing(roughness, changes, degrees):
     assert reflected(degrees, base=(1, 1, 1), roughness=roughness, **changes) == pytest.approx(1, abs=5e-3)
@@ -248,17 +259,17 @@ def test_negative_inputs_are_0():
 
 # Cycles
 
+#: Indices below 1 and glass of dark tints are left out: there Cycles makes light, and closed forms decide, above.
 VARIANTS = (
     {},
     {"metallic": 0.5, "specular": (0.9, 0.3, 1.0)},
     {"metallic": 1.0, "specular": (0.4, 0.5, 0.6), "multiscatter": False},
     {"transmission": 1.0},
-    {"transmission": 0.5, "specular": (0.5, 1.0, 0.0)},
+    {"transmission": 0.5, "specular": (0.8, 1.0, 0.6)},
     {"coat": 1.0},
     {"coat": 0.5, "coat_roughness": 0.4, "coat_tint": (0.9, 0.5, 0.2), "metallic": 0.3},
     {"ior": 1.1},
     {"ior": 2.5, "specular_level": 1.0, "specular": (1.0, 0.5, 0.2)},
-    {"ior": 0.8},
     {"specular_level": 0.0},
     {"specular_level": 1.0, "diffuse_roughness": 1.0},
     {"alpha": 0.5, "multiscatter": False},

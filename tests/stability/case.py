@@ -24,6 +24,8 @@ GROUPS = {
     "leaks": "Leaks of light",
     "geometry": "Meshes at their limits",
     "materials": "Materials",
+    "materials_images": "Images on surfaces",
+    "materials_glass": "Layers of glass and transparency",
     "fireflies": "Fireflies",
     "process": "Processes",
     "random_scenes": "Random scenes",
