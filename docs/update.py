@@ -12,6 +12,7 @@ import re
 import shutil
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -21,10 +22,11 @@ if str(ROOT) not in sys.path:
 from core.lab import chart_tables, depth  # noqa: E402 - the path comes first
 from core.lab.efficiency import MILESTONES, TimesFewer, curves, times_fewer  # noqa: E402
 from core.samplers import SAMPLERS, Sampler  # noqa: E402
+from tests.stability.case import GROUPS, all_cases  # noqa: E402
 
 DOCS = ROOT / "docs"
 DATA, IMAGES, MADE = DOCS / "data", DOCS / "images", ROOT / "out" / "docs"
-PAGES = (ROOT / "README.md", DOCS / "sampling.md")
+PAGES = (ROOT / "README.md", DOCS / "sampling.md", DOCS / "stability.md")
 CHART_PAGE = DOCS / "chart.md"
 
 MARKS = {True: "✓", False: "–"}
@@ -151,6 +153,23 @@ def path_times() -> str:
     return table(["so many times its samples Random needs for the error of the", *heads], rows, "lrrr")
 
 
+def stability(group: str) -> str:
+    """A row for each case of a group, and below them the pictures."""
+    measured = {outcome["name"]: outcome for outcome in data("stability")}
+    rows, sheets = [], []
+    for case in (case for case in all_cases() if case.group == group):
+        outcome = measured[case.name]
+        samplers = [f"{SAMPLERS[name].label}: {text}" for name, text in outcome["samplers"].items()]
+        remedy = [f"*Instead:* {case.instead}"] if case.instead else []
+        words = [f"**{case.title}**", case.happens, case.why, "<br>".join(samplers), "<br>".join([case.rooks, *remedy])]
+        rows.append([*words, "<br>".join(outcome["figures"]), outcome["verdict"]])
+        if outcome["pictures"]:
+            caption = f"{case.title}: {', '.join(outcome['pictures'])}"
+            sheets.append(f"\n![{caption}](images/stability/{case.name}.png)\n\n*{caption}*\n")
+    heads = ["case", "what happens", "why", "the samplers", "what Rooks does", "figures (bounds)", "verdict"]
+    return table(heads, rows) + "".join(sheets)
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
     "samplers": samplers_table,
     "scores": scores_table,
@@ -161,6 +180,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "three_times": three_times,
     "depths": depths,
     "path_times": path_times,
+    **{f"stability_{group}": partial(stability, group) for group in GROUPS},
 }
 
 
@@ -188,7 +208,7 @@ def main() -> None:
     for page in PAGES:
         page.write_text(updated(page.read_text(encoding="utf-8")), encoding="utf-8")
     CHART_PAGE.write_text(chart_page(), encoding="utf-8")
-    for picture in pictures(PAGES[1].read_text(encoding="utf-8")):
+    for picture in (shown for page in PAGES[1:] for shown in pictures(page.read_text(encoding="utf-8"))):
         if (MADE / picture).exists():
             (IMAGES / picture).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(MADE / picture, IMAGES / picture)
