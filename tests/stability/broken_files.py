@@ -40,6 +40,8 @@ def _try_files(record: Record, count: int) -> None:
         workers = [_Worker(Path(folder) / str(k), range(k, count, PROCESSES)) for k in range(PROCESSES)]
         while sum(worker.goes_on() for worker in workers):
             time.sleep(0.1)
+        for unclear in Path(folder).glob("*/unclear"):
+            print(unclear.read_text(), file=sys.stderr)
     fates = sum((worker.fates for worker in workers), Counter())
     record.claim("files", fates.total(), at_least=count, at_most=count)
     record.claim("pictures", fates["picture"])
