@@ -26,7 +26,7 @@ def command(*arguments) -> list[str]:
 
 
 def run(*arguments, **options) -> subprocess.CompletedProcess:
-    return subprocess.run(command(*arguments), cwd=ROOT, capture_output=True, text=True, timeout=120, **options)
+    return subprocess.run(command(*arguments), cwd=ROOT, capture_output=True, text=True, timeout=600, **options)
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +142,7 @@ def test_blenders_reports_are_not_printed_and_tracebacks_of_bugs_are(blends, tmp
         "sys.exit(addon.cli.main(sys.argv[1:]))"
     )
     arguments = [sys.executable, "-c", script, "render", blends / "good.blend", "--output", tmp_path / "x.exr"]
-    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, timeout=600)
     assert (done.returncode, done.stdout) == (1, "")
     lines = done.stderr.splitlines()
     assert lines[0].startswith("Traceback")
@@ -194,7 +194,7 @@ def test_a_signal_stops_without_a_traceback(blends, tmp_path, number, status, wo
     with subprocess.Popen(command(*arguments), cwd=ROOT, stderr=subprocess.PIPE, text=True) as process:
         time.sleep(4)
         process.send_signal(number)
-        _out, errors = process.communicate(timeout=120)
+        _out, errors = process.communicate(timeout=600)
     assert process.returncode == status
     assert errors.splitlines()[-1] == f"rooks: {word}"
     assert "Traceback" not in errors

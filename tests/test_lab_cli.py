@@ -18,7 +18,7 @@ def run_without(packages: tuple[str, ...], code: str) -> subprocess.CompletedPro
     """Run Python code as if packages were not installed."""
     hide = "".join(f"sys.modules[{name!r}] = None; " for name in packages)
     program = f"import sys; {hide}{code}"
-    return subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=120)
+    return subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=600)
 
 
 def lab(*arguments: str) -> str:
