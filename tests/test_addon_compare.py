@@ -318,7 +318,7 @@ def test_in_blender_the_open_file_is_meant_with_all_that_was_done_to_it(blends, 
         (["compare"], "--output"),
         (["compare", "--output", "x", "--samplers", "sobol"], "unknown sampler 'sobol'"),
         (["compare", "--output", "x"], "required: FILE.blend"),
-        (["render", "x.blend", "--output", "x.png"], "invalid choice: 'render'"),
+        (["show", "x.blend", "--output", "x.png"], "invalid choice: 'show'"),
         ([], "required: COMMAND"),
     ],
 )

@@ -32,7 +32,9 @@ def _parser() -> argparse.ArgumentParser:
         description="Try Rooks where methods fail: a verdict and figures for each case.",
     )
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"cases or groups ({', '.join(GROUPS)}); default: all")
-    parser.add_argument("--quick", action="store_true", help="leave out the cases that take more than seconds")
+    length = parser.add_mutually_exclusive_group()
+    length.add_argument("--quick", action="store_true", help="leave out the cases that take more than seconds")
+    length.add_argument("--slow", action="store_true", help="leave out the others, which are part of make test")
     parser.add_argument("--output", type=Path, metavar="FOLDER", help="save stability.json and the pictures there")
     return parser
 
@@ -66,7 +68,7 @@ def _choose(cases: list[Case], options: argparse.Namespace) -> list[Case]:
             )
             raise SystemExit(2)
     named = [case for case in cases if not options.names or {case.name, case.group} & set(options.names)]
-    return [case for case in named if not (options.quick and case.is_slow)]
+    return [case for case in named if not (options.quick if case.is_slow else options.slow)]
 
 
 def _table(outcomes: list[Outcome]) -> Table:
