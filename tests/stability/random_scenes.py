@@ -20,7 +20,7 @@ from .case import Record, case
 from .drawn_scenes import scenes_with_settings
 
 #: What `make stability` has the time for. To try 10,000: python -m tests.stability.random_scenes 10000
-SCENES = 3000
+SCENES = 1_000
 QUICK_SCENES = 200
 PROCESSES = 2
 
