@@ -157,6 +157,7 @@ def a_thousand_renders(record: Record) -> None:
     happens="Scripts that render in several processes wait for ever.",
     why="A fork copies the memory but only one thread: locks and pools of the others never answer.",
     rooks="Makes threads and Embree's device for each render anew: both children render the parent's picture.",
+    is_slow=True,  # not among tests: what they compile beside the renderer is linked into it, and can round otherwise
 )
 def forked_after_a_render(record: Record) -> None:
     expected = render(lit_scene(), SETTINGS)
