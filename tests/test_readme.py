@@ -11,6 +11,7 @@ import pytest
 
 from core.lab import chart_tables
 from core.lab.efficiency import curves, fit_slope
+from tests.stability.case import all_cases
 
 README = Path(__file__).parent.parent / "README.md"
 
@@ -25,6 +26,12 @@ def test_the_generated_parts_of_a_page_are_up_to_date(page):
 
 def test_the_page_of_the_chart_is_that_of_its_data():
     assert update["CHART_PAGE"].read_text(encoding="utf-8") == update["chart_page"]()
+
+
+def test_the_page_on_stability_has_every_case():
+    text = (README.parent / "docs" / "stability.md").read_text(encoding="utf-8")
+    for case in all_cases():
+        assert f"| **{case.title}** |" in text, f"{case.name}: docs/stability.md needs a block for its group"
 
 
 def test_the_example_of_the_core_runs_and_writes_its_picture(tmp_path, monkeypatch, capsys):
