@@ -162,7 +162,8 @@ def stability(group: str) -> str:
         samplers = [f"{SAMPLERS[name].label}: {text}" for name, text in outcome["samplers"].items()]
         remedy = [f"*Instead:* {case.instead}"] if case.instead else []
         words = [f"**{case.title}**", case.happens, case.why, "<br>".join(samplers), "<br>".join([case.rooks, *remedy])]
-        rows.append([*words, "<br>".join(outcome["figures"]), outcome["verdict"]])
+        cells = [*words, "<br>".join(outcome["figures"]), outcome["verdict"]]
+        rows.append([cell.replace("|", r"\|") for cell in cells])
         if outcome["pictures"]:
             caption = f"{case.title}: {', '.join(outcome['pictures'])}"
             sheets.append(f"\n![{caption}](images/stability/{case.name}.png)\n\n*{caption}*\n")
