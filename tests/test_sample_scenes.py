@@ -17,7 +17,7 @@ from addon.export import export_scene  # noqa: E402
 from addon.settings import render_settings  # noqa: E402
 
 SCENES = sorted((Path(__file__).parent.parent / "sample_scenes").glob("*.blend"))
-SEEDS = 100
+SEEDS = 50
 
 addon.register()
 
