@@ -101,9 +101,9 @@ def pack_scene(scene: Scene, threads: int, before: PackedScene | None = None) ->
     for instance in instances:
         if np.shape(instance.matrix) != (4, 4) or not np.isfinite(instance.matrix).all():
             raise SceneError(f"{_name(instance)}: its matrix is not one of 4 × 4 finite numbers")
-    boxes = _world_boxes(instances)
+    own, boxes = _boxes(instances)
     center = _center(boxes)
-    _check_reach(instances, boxes, center)
+    _check_reach(instances, own, boxes, center)
     uses = Counter(id(instance.mesh) for instance in instances)
     alone = {id(instance.mesh): instance for instance in instances if uses[id(instance.mesh)] == 1}
 
@@ -172,13 +172,13 @@ def _check_mesh(mesh: Mesh) -> None:
         raise SceneError(f"mesh {mesh.name!r}: a triangle names a vertex that is not there")
 
 
-def _world_boxes(instances: Sequence[Instance]) -> np.ndarray:
-    """The corners of a box around each instance, float64 (I, 8, 3)."""
+def _boxes(instances: Sequence[Instance]) -> tuple[np.ndarray, np.ndarray]:
+    """The corners of a box around each instance, float64 (I, 8, 3), in its mesh's own space and in the world's."""
     meshes = {id(instance.mesh): instance.mesh for instance in instances}
     boxes = {key: _corners(mesh.vertices) for key, mesh in meshes.items()}
-    corners = np.array([boxes[id(instance.mesh)] for instance in instances]).reshape(-1, 8, 3)
+    own = np.array([boxes[id(instance.mesh)] for instance in instances]).reshape(-1, 8, 3)
     matrices = np.array([instance.matrix for instance in instances], np.float64).reshape(-1, 4, 4)
-    return corners @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3]
+    return own, own @ matrices[:, :3, :3].transpose(0, 2, 1) + matrices[:, None, :3, 3]
 
 
 def _center(boxes: np.ndarray) -> np.ndarray:
@@ -193,14 +193,15 @@ def _center(boxes: np.ndarray) -> np.ndarray:
     return np.clip((low + high) / 2, 2 * np.minimum(high, 0), 2 * np.maximum(low, 0))
 
 
-def _check_reach(instances: Sequence[Instance], boxes: np.ndarray, center: np.ndarray) -> None:
-    for instance, box in zip(instances, boxes, strict=True):
-        reach = max(np.abs(box - center).max(), np.abs(instance.mesh.vertices).max())
-        if not reach < FARTHEST:
-            raise SceneError(
-                f"{_name(instance)} reaches {reach:.1e} m far: rays find nothing farther out than {FARTHEST:.0e} m, "
-                "so make it smaller or bring it nearer"
-            )
+def _check_reach(instances: Sequence[Instance], own: np.ndarray, boxes: np.ndarray, center: np.ndarray) -> None:
+    reach = np.maximum(np.abs(boxes - center).max(axis=(1, 2)), np.abs(own).max(axis=(1, 2)))
+    too_far = np.flatnonzero(~(reach < FARTHEST))
+    if len(too_far):
+        first = too_far[0]
+        raise SceneError(
+            f"{_name(instances[first])} reaches {reach[first]:.1e} m far: rays find nothing farther out than "
+            f"{FARTHEST:.0e} m, so make it smaller or bring it nearer"
+        )
 
 
 def _corners(vertices: np.ndarray) -> np.ndarray:

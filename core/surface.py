@@ -57,7 +57,7 @@ from .packing import (
     SceneArrays,
 )
 from .scene import VISIBLE_TO_CAMERA
-from .smooth_lift import Corners, lifts
+from .smooth_lift import Corners, Vector, lifts
 
 #: The step off a surface, as a share of the coordinates that went into the hit. Interpolating three vertices and
 #: placing the result rounds 7 times at most and Embree's own test loses as many bits (2^-24 each): twice their sum.
@@ -80,7 +80,6 @@ MISSED_DEPTH = np.float32(1e10)
 
 _ZERO, _ONE = np.float32(0), np.float32(1)
 
-Vector = tuple[float, float, float]
 Edges = tuple[Vector, Vector]
 
 
@@ -129,7 +128,8 @@ def _find_surface(f: np.ndarray, bits: np.ndarray, geometry: Geometry, i: int, p
     rx, ry, rz = _reach(corners)
     nx, ny, nz = f[i + HIT_NORMAL], f[i + HIT_NORMAL + Y], f[i + HIT_NORMAL + Z]
     smooth = geometry.first[mesh, CORNER_NORMAL] != NONE
-    sx, sy, sz = _interpolated_normal(geometry, mesh, triangle, _ONE - v - w, v, w) if smooth else (nx, ny, nz)
+    between = _interpolated_normal(geometry, mesh, triangle, _ONE - v - w, v, w) if smooth else (nx, ny, nz)
+    sx, sy, sz = between
     bits[i + MATERIAL] = np.uint32(_material(geometry, placement, triangle))
     instanced = geometry.placements[placement, INSTANCED] != 0
     if instanced:
@@ -175,7 +175,7 @@ def _find_surface(f: np.ndarray, bits: np.ndarray, geometry: Geometry, i: int, p
         row = geometry.first[mesh, CORNER_NORMAL] + triangle
         out, inward = lifts(corners, geometry.corner_normals, row, v, w)
         # They are in the mesh's space, along normals that are shorter in between.
-        tx, ty, tz = _interpolated_normal(geometry, mesh, triangle, _ONE - v - w, v, w)
+        tx, ty, tz = between
         if instanced:
             tx, ty, tz = rotate(geometry.to_world, placement, tx, ty, tz)
         scale = side * np.float32(math.sqrt(_square(tx, ty, tz)))
