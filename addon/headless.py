@@ -127,7 +127,8 @@ def _save_render(scene, path: Path) -> None:
         except RuntimeError as error:
             reason = str(error).partition("\n")[0]  # the second line names the temporary file
             raise RuntimeError(reason.removeprefix("Error: ")) from None
-        if not temporary.read_bytes().endswith(_ENDS.get(path.suffix.lower(), b"")):
+        end = _ENDS.get(path.suffix.lower())
+        if end is not None and not temporary.read_bytes().endswith(end):
             raise RuntimeError("it was cut off, as happens where the disk is full")
 
 
