@@ -109,7 +109,7 @@ class RooksRenderEngine(bpy.types.RenderEngine):
         left, bottom = settings.border[:2] if settings.border else (0, 0)
         layer = depsgraph.view_layer_eval.name
         self.update_stats("", iface_("Loading the renderer"))
-        if not kernels.wait_for_kernels(self._tell_compiling, self.test_break):
+        if not kernels.wait_for_kernels(self._tell_compiling, self._should_stop):
             return
         self.update_stats("", iface_("Preparing the scene"))
 
@@ -127,7 +127,7 @@ class RooksRenderEngine(bpy.types.RenderEngine):
             if time.monotonic() > told + STATUS_EVERY:
                 told = time.monotonic()
                 self.update_stats("", progress.text)
-            return self.test_break()
+            return self._should_stop()
 
         film = core.render(scene, settings, on_tile, should_cancel)
         self.update_stats("", progress.finished(film))
@@ -137,6 +137,9 @@ class RooksRenderEngine(bpy.types.RenderEngine):
             self._note(metadata(depsgraph.scene_eval, film, settings))
         worn.films.append(film)
         worn.settings.append(settings)
+
+    def _should_stop(self) -> bool:
+        return self.test_break() or core.command_line.was_interrupted()
 
     def _tell_compiling(self, share: float) -> None:
         self.update_stats("", kernels.progress_text(share))

@@ -27,7 +27,9 @@ def compare_file(options: argparse.Namespace) -> int:
         size = f"{width} × {height} pixels, {plan.seeds} seeds, samples: {' '.join(map(str, plan.counts))}"
         print(f"{options.file.name}: comparing {len(plan.samplers)} samplers, {size}", file=console.out)
         with progress_bar(console) as on_progress:
-            outcome = comparing.compare(plan, on_progress, should_cancel=lambda: False)
+            outcome = comparing.compare(plan, on_progress, core.command_line.was_interrupted)
+        if outcome is None:
+            raise KeyboardInterrupt
         print(outcome.recommendation, file=console.out)
         for path in outcome.files:
             print(f"  saved {path}", file=console.out)

@@ -25,6 +25,14 @@ ENDED_BY = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 _received: list[int] = []
 
 
+class Ended(KeyboardInterrupt):
+    """A signal has come to end the command.
+
+    A class of its own, because CPython has a process die of SIGINT at its end once a plain KeyboardInterrupt has
+    passed through `exec` of a text, as namedtuple's or numba's, even if it was handled after that.
+    """
+
+
 class OneLineParser(argparse.ArgumentParser):
     """Says what is wrong in one line, without the usage."""
 
@@ -59,7 +67,7 @@ def _ended_by_signals() -> Iterator[None]:
 
     def interrupt(number: int, _frame: object) -> None:
         _received.append(number)
-        raise KeyboardInterrupt
+        raise Ended
 
     before = {number: signal.signal(number, interrupt) for number in ENDED_BY}
     try:
@@ -71,7 +79,10 @@ def _ended_by_signals() -> Iterator[None]:
 
 
 def was_interrupted() -> bool:
-    """Whether a signal has come to end this command: code that swallows exceptions may have swallowed that one too."""
+    """Whether a signal has come to end this command.
+
+    What takes long asks: Blender, and Python in a finalizer, swallow exceptions, and may have swallowed that one.
+    """
     return bool(_received)
 
 

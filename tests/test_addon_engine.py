@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import signal
+
 import numpy as np
 import pytest
 
@@ -12,7 +15,8 @@ import core  # noqa: E402
 from addon.settings import BOUNCES, render_border, render_settings  # noqa: E402
 from addon.ui import sample_count_lines  # noqa: E402
 from addon.versions import choose_file_format, choose_multilayer_format  # noqa: E402
-from addon.watch import Watch, watching  # noqa: E402
+from addon.watch import Watch, watched_render, watching  # noqa: E402
+from core.command_line import run_command  # noqa: E402
 from core.film import CHANNELS  # noqa: E402
 from core.samplers import SAMPLERS  # noqa: E402
 from tests.addon_helpers import add, empty_scene, export, lamp, quad, shader  # noqa: E402
@@ -291,6 +295,19 @@ def test_after_escape_the_next_render_is_right(scene, monkeypatch):
     (again,) = render().films
     assert not again.cancelled
     np.testing.assert_array_equal(again.passes["Combined"], expected)
+
+
+def test_a_signal_that_somebody_swallowed_ends_the_render(scene):
+    scene.rooks.tile_size, scene.rooks.threads = 8, 1
+
+    def swallow(done: int, _total: int) -> None:
+        if done == 1:
+            with contextlib.suppress(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGTERM)
+
+    watch = Watch(swallow)
+    assert run_command(lambda: watched_render(watch)) == 143
+    assert watch.films[0].cancelled
 
 
 def test_registering_twice_and_unregistering_leave_no_trace():
