@@ -6,7 +6,7 @@ import numpy as np
 
 from .jit import device
 from .light_arrays import IS_ELLIPSE, LightArrays
-from .solid_angle import seen_parallelogram
+from .solid_angle import Seen, see_parallelogram
 from .warps import HALF, QUARTER, ZERO
 
 
@@ -19,10 +19,8 @@ def is_near(lights: LightArrays, light: int, x: float, y: float, z: float) -> bo
 
 
 @device
-def look_at_area(
-    lights: LightArrays, light: int, x: float, y: float, z: float, u: float, v: float
-) -> tuple[float, float, float, float]:
-    """A unit direction from (x, y, z), even over the parallelogram of the light's axes, and that one's solid angle."""
+def see_area(lights: LightArrays, light: int, x: float, y: float, z: float) -> Seen:
+    """The parallelogram of area light `light`'s axes, as seen from (x, y, z)."""
     o, a, b = lights.position, lights.axis_u, lights.axis_v
     # In float64 before anything is subtracted: near is where float32 would cancel.
     edge_u = np.float64(a[light, 0]), np.float64(a[light, 1]), np.float64(a[light, 2])
@@ -32,7 +30,7 @@ def look_at_area(
         np.float64(o[light, 1]) - y - 0.5 * (edge_u[1] + edge_v[1]),
         np.float64(o[light, 2]) - z - 0.5 * (edge_u[2] + edge_v[2]),
     )
-    return seen_parallelogram(u, v, corner, edge_u, edge_v)
+    return see_parallelogram(corner, edge_u, edge_v)
 
 
 @device
@@ -67,8 +65,8 @@ def _is_on(lights: LightArrays, light: int, dx: float, dy: float, dz: float) -> 
 def spread_of_area(
     lights: LightArrays, light: int, x: float, y: float, z: float, distance: float, facing: float
 ) -> float:
-    """1 / the density, in steradians, with which a direction is sampled in which `meet_area` finds the light."""
+    """1 / the density, in steradians, with which a direction is sampled in which `meet_area` finds the light, where
+    rays off the surface compete with the samples."""
     if is_near(lights, light, x, y, z):
-        _, _, _, angle = look_at_area(lights, light, x, y, z, ZERO, ZERO)
-        return angle
+        return np.float32(see_area(lights, light, x, y, z).angle)
     return lights.area[light] * facing / (distance * distance)

@@ -16,8 +16,9 @@ MOST_ONE_BY_ONE = 8
 
 IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2, 3, 4, 5
 
-#: How near is near: in squared diagonals of an area light, from its centre.
-NEAR = 1.0
+#: How near is near: in squared diagonals of an area light, from its centre. Later for ellipses, which the directions
+#: towards the rectangle around them miss.
+NEAR, NEAR_ELLIPSE = 1.0, 0.25
 #: A spot's edge without blend: steep enough to be a step, finite so that 0 × it stays 0.
 _HARD_EDGE = 1e30
 #: Metres: the squares of lengths have to fit into float32.
@@ -162,7 +163,8 @@ def _strength(light: Light) -> tuple[float, float, float]:
 def _pack_area(row: dict[str, np.ndarray], light: AreaLight, center: np.ndarray) -> None:
     normal = np.cross(light.axis_v, light.axis_u)
     length = np.linalg.norm(normal)
-    row["kind"][:] = IS_RECTANGLE if light.shape == "rectangle" else IS_ELLIPSE
+    is_rectangle = light.shape == "rectangle"
+    row["kind"][:] = IS_RECTANGLE if is_rectangle else IS_ELLIPSE
     # Radiance P / (π area), times the area that a uniform point stands for, times the surface's 1/π.
     row["color"][:] = np.array(light.power) / np.pi**2
     row["position"][:] = np.array(light.center) - center
@@ -170,8 +172,9 @@ def _pack_area(row: dict[str, np.ndarray], light: AreaLight, center: np.ndarray)
     # The axes of a sheared light are not at right angles.
     row["along_u"][:], row["along_v"][:] = np.linalg.pinv(np.column_stack([light.axis_u, light.axis_v]))
     row["normal"][:] = normal / length if length > 0 else 0
-    row["area"][:] = length if light.shape == "rectangle" else length * np.pi / 4
-    row["near"][:] = NEAR * (np.dot(light.axis_u, light.axis_u) + np.dot(light.axis_v, light.axis_v))
+    row["area"][:] = length if is_rectangle else length * np.pi / 4
+    square_of_diagonal = np.dot(light.axis_u, light.axis_u) + np.dot(light.axis_v, light.axis_v)
+    row["near"][:] = (NEAR if is_rectangle else NEAR_ELLIPSE) * square_of_diagonal
 
 
 def _pack_sun(row: dict[str, np.ndarray], light: SunLight) -> None:

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from .area_lights import is_near, look_at_area, meet_area
+from .area_lights import is_near, meet_area, see_area
 from .batch import (
     DIRECTION,
     LANES,
@@ -20,9 +20,11 @@ from .batch import (
     LIGHT_SPREAD,
     LIGHT_VISIBILITY,
     LIGHT_WEIGHT,
+    LOBE_COUNT,
     PACKET,
     POINT,
     POSITION,
+    SHADING_NORMAL,
     SHADOW,
     T_FAR,
     Batch,
@@ -33,7 +35,16 @@ from .frames import to_world
 from .jit import device, kernel, subroutine
 from .light_arrays import IS_ELLIPSE, IS_FACING_DISK, IS_RECTANGLE, IS_SPHERE, IS_SUN, LightArrays
 from .light_choice import choose_for_surface, emitter_probability
-from .warps import one_minus_cos, square_to_cap, square_to_disk
+from .solid_angle import direction_in
+from .warps import (
+    BELOW_ONE,
+    INV_PI,
+    INV_TWO_PI,
+    one_minus_cos,
+    square_to_cap,
+    square_to_cosine_hemisphere,
+    square_to_disk,
+)
 
 _ZERO, _HALF, _ONE, _TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
 
@@ -52,12 +63,12 @@ def sample_light(batch: Batch, lights: LightArrays, light: int, packets: int) ->
             for i in range(at, at + LANES):
                 s, t = f[i + POINT] - _HALF, f[i + POINT + Y] - _HALF
                 _to_area(f, i, ox, oy, oz, ax, ay, az, bx, by, bz, nx, ny, nz, s, t)
-            _look_closer(f, lights, light, at)
+            _look_closer(batch, lights, light, at)
         elif kind == IS_ELLIPSE:
             for i in range(at, at + LANES):
                 s, t = square_to_disk(f[i + POINT], f[i + POINT + Y])
                 _to_area(f, i, ox, oy, oz, ax, ay, az, bx, by, bz, nx, ny, nz, s * _HALF, t * _HALF)
-            _look_closer(f, lights, light, at)
+            _look_closer(batch, lights, light, at)
         elif kind == IS_SPHERE:
             for i in range(at, at + LANES):
                 _to_sphere(f, i, ox, oy, oz, size)
@@ -96,7 +107,7 @@ def sample_chosen_lights(batch: Batch, lights: LightArrays, packets: int) -> Non
                 bx, by, bz = b[light, 0], b[light, 1], b[light, 2]
                 nx, ny, nz = n[light, 0], n[light, 1], n[light, 2]
                 _to_area(f, i, ox, oy, oz, ax, ay, az, bx, by, bz, nx, ny, nz, s, t)
-                _look_closer_from(f, lights, light, i)
+                _look_closer_from(batch, lights, light, i)
             elif kind == IS_SPHERE:
                 _to_sphere(f, i, ox, oy, oz, size)
             elif kind == IS_FACING_DISK:
@@ -172,29 +183,58 @@ def _to_area(
 
 
 @device
-def _look_closer(f: np.ndarray, lights: LightArrays, light: int, at: int) -> None:
+def _look_closer(batch: Batch, lights: LightArrays, light: int, at: int) -> None:
     """`_look_closer_from` every lane of the packet from `at`, where any is near: it would keep the rest from SIMD."""
-    near = 0
+    f, near = batch.floats, 0
     for i in range(at, at + LANES):
         near += is_near(lights, light, f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z])
     if near > 0:
         for i in range(at, at + LANES):
-            _look_closer_from(f, lights, light, i)
+            _look_closer_from(batch, lights, light, i)
+
+
+@device
+def _share_by_cosine(angle: float) -> float:
+    """How many samples have the cosine's density below a light of this solid angle: next to none until few of them miss
+    the light, and all below one that fills half of all directions.
+    """
+    filled = min(angle * INV_TWO_PI, _ONE)
+    return filled * filled * filled * filled
 
 
 @subroutine
-def _look_closer_from(f: np.ndarray, lights: LightArrays, light: int, i: int) -> None:
+def _look_closer_from(batch: Batch, lights: LightArrays, light: int, i: int) -> None:
     """Choose a point of an area light anew, by its solid angle, if lane i is near to it.
 
-    For an ellipse it is that of the parallelogram around it, and what misses the ellipse brings nothing.
+    Where the light fills almost half of all directions, most of the unevenness is a Lambertian surface's cosine: so
+    many samples there have the cosine's density, and all count by that of both together (Veach 1997, section 9.2.4).
+    Off other surfaces it is the rays that scatter which even it out.
+
+    For an ellipse it is the angle of the parallelogram around it, and what misses the ellipse brings nothing.
     """
+    f = batch.floats
     x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
     if not is_near(lights, light, x, y, z):
         return
-    dx, dy, dz, angle = look_at_area(lights, light, x, y, z, f[i + POINT], f[i + POINT + Y])
+    f[i + SHADOW + T_FAR] = f[i + LIGHT_WEIGHT] = _ZERO
+    seen = see_area(lights, light, x, y, z)
+    angle = np.float32(seen.angle)
+    if angle == _ZERO:
+        return
+    nx, ny, nz = f[i + SHADING_NORMAL], f[i + SHADING_NORMAL + Y], f[i + SHADING_NORMAL + Z]
+    u, v = f[i + POINT], f[i + POINT + Y]
+    by_cosine = _share_by_cosine(angle) if batch.bits[i + LOBE_COUNT] == np.uint32(0) else _ZERO
+    is_within = (u >= by_cosine) & (lights.kind[light] == IS_RECTANGLE)
+    if u < by_cosine:
+        lx, ly, lz = square_to_cosine_hemisphere(u / by_cosine, v)
+        dx, dy, dz = to_world(lx, ly, lz, nx, ny, nz)
+    else:
+        dx, dy, dz = direction_in(seen, min((u - by_cosine) / (_ONE - by_cosine), BELOW_ONE), v)
     reach, facing, is_met = meet_area(lights, light, x, y, z, dx, dy, dz)
-    lit = (facing > _ZERO) & (is_met | (lights.kind[light] == IS_RECTANGLE))
-    _aim(f, i, dx, dy, dz, reach if lit else _ZERO, angle / lights.area[light] if lit else _ZERO)
+    if (facing > _ZERO) & (is_met | is_within):
+        cosine = max(dx * nx + dy * ny + dz * nz, _ZERO)
+        density = (_ONE - by_cosine) / angle + by_cosine * cosine * INV_PI
+        _aim(f, i, dx, dy, dz, reach, _ONE / (density * lights.area[light]))
 
 
 @device

@@ -10,6 +10,7 @@ relative to the point, vectors as tuples of three float64.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +18,21 @@ from .jit import device, subroutine
 
 Vector = tuple[float, float, float]
 
-#: The direction and solid angle of what is not seen.
-_NOTHING = np.float32(0), np.float32(0), np.float32(1), np.float32(0)
+
+class Seen(NamedTuple):
+    """A parallelogram as seen from a point: unit directions to its corners, and those of two triangles that share the
+    diagonal from `apex` to `middle`: their determinants, the solid angle of the first, and of both, 0 where the
+    parallelogram's plane goes through the point.
+    """
+
+    apex: Vector
+    first: Vector
+    middle: Vector
+    last: Vector
+    first_volume: float
+    last_volume: float
+    first_angle: float
+    angle: float
 
 
 @device
@@ -77,23 +91,27 @@ def _volume(a: Vector, b: Vector, c: Vector) -> float:
 
 
 @subroutine
-def seen_parallelogram(u: float, v: float, corner: Vector, a: Vector, b: Vector) -> tuple[float, float, float, float]:
-    """A unit direction (x, y, z), even over the parallelogram with this corner and the edges a and b from it, and the
-    solid angle of that, 0 where its plane goes through the point. It is two triangles, swept in one go.
-    """
+def see_parallelogram(corner: Vector, a: Vector, b: Vector) -> Seen:
+    """The parallelogram with this corner and the edges a and b from it, as seen from the point."""
     apex, scale_0 = _unit(corner)
     first, scale_1 = _unit(_sum(corner, a))
     middle, scale_2 = _unit(_sum(_sum(corner, a), b))
     last, scale_3 = _unit(_sum(corner, b))
     volume = _volume(corner, a, b) * scale_0 * scale_2
     first_volume, last_volume = volume * scale_1, volume * scale_3
-    if not min(first_volume, last_volume) > 0.0:
-        return _NOTHING
-    first_angle = _solid_angle(first_volume, apex, first, middle)
-    angle = first_angle + _solid_angle(last_volume, apex, middle, last)
-    swept = u * angle
-    if swept < first_angle:
-        x, y, z = _sweep(swept, v, first_volume, apex, first, middle)
+    first_angle = angle = 0.0
+    if min(first_volume, last_volume) > 0.0:
+        first_angle = _solid_angle(first_volume, apex, first, middle)
+        angle = first_angle + _solid_angle(last_volume, apex, middle, last)
+    return Seen(apex, first, middle, last, first_volume, last_volume, first_angle, angle)
+
+
+@subroutine
+def direction_in(seen: Seen, u: float, v: float) -> tuple[float, float, float]:
+    """A unit direction, even over a parallelogram whose solid angle is not 0: two triangles, swept in one go."""
+    swept = u * seen.angle
+    if swept < seen.first_angle:
+        x, y, z = _sweep(swept, v, seen.first_volume, seen.apex, seen.first, seen.middle)
     else:
-        x, y, z = _sweep(swept - first_angle, v, last_volume, apex, middle, last)
-    return np.float32(x), np.float32(y), np.float32(z), np.float32(angle)
+        x, y, z = _sweep(swept - seen.first_angle, v, seen.last_volume, seen.apex, seen.middle, seen.last)
+    return np.float32(x), np.float32(y), np.float32(z)

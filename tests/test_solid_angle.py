@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from core.solid_angle import seen_parallelogram
+from core.solid_angle import direction_in, see_parallelogram
 from tests.test_warps import p_value, uniform
 
 X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
@@ -16,7 +16,7 @@ X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 @pytest.mark.parametrize("height", [1e-9, 1e-4, 0.1, 1.0, 30.0, 1e4])
 def test_the_solid_angle_of_a_square_is_that_of_the_closed_form(height):
-    _, _, _, angle = seen_parallelogram(0.3, 0.6, (-0.5, -0.5, height), X, Y)
+    angle = see_parallelogram((-0.5, -0.5, height), X, Y).angle
     assert angle == pytest.approx(4 * math.asin(0.25 / (0.25 + height**2)), rel=1e-6)
 
 
@@ -24,25 +24,25 @@ def test_the_solid_angle_of_a_square_is_that_of_the_closed_form(height):
 @pytest.mark.parametrize("height", [1e-9, 1e-5])
 def test_a_square_seen_edge_on_is_a_sliver_whose_angle_is_not_lost(aside, height):
     """Thin as it is, its solid angle is the integral of height / distance³ over it: here, with height² neglected."""
-    _, _, _, angle = seen_parallelogram(0.3, 0.6, (aside, -0.5, height), X, Y)
+    angle = see_parallelogram((aside, -0.5, height), X, Y).angle
     far = 1 + aside
     expected = height * 2 * (math.hypot(aside, 0.5) / (0.5 * aside) - math.hypot(far, 0.5) / (0.5 * far))
     assert angle == pytest.approx(expected, rel=1e-3)
 
 
 def test_of_what_lies_in_a_plane_with_the_point_nothing_is_seen():
-    assert seen_parallelogram(0.3, 0.6, (1.0, 0.0, 0.0), X, Y)[3] == 0
+    assert see_parallelogram((1.0, 0.0, 0.0), X, Y).angle == 0
 
 
 def seen(corner: tuple, edge_v: tuple, seed: int) -> tuple[np.ndarray, np.ndarray, float]:
     """Where in the parallelogram, (n, 2) in the unit square, directions from even random points end; the directions;
     and the solid angle.
     """
-    rows = [seen_parallelogram(float(u), float(v), corner, X, edge_v) for u, v in uniform(20_000, seed)]
-    directions = np.array([row[:3] for row in rows], np.float64)
+    whole = see_parallelogram(corner, X, edge_v)
+    directions = np.array([direction_in(whole, float(u), float(v)) for u, v in uniform(20_000, seed)], np.float64)
     offset = directions / directions[:, 2:] * corner[2] - corner
     t = offset[:, 1] / edge_v[1]
-    return np.clip(np.column_stack([offset[:, 0] - edge_v[0] * t, t]), 0, 1), directions, rows[0][3]
+    return np.clip(np.column_stack([offset[:, 0] - edge_v[0] * t, t]), 0, 1), directions, whole.angle
 
 
 def test_directions_are_even_over_a_slanted_parallelogram():
