@@ -3,7 +3,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 BLENDERS := 4.2 5.0
-.PHONY: help render test test-blenders $(BLENDERS:%=test-blender-%) stability lab lint format docs extension clean
+.PHONY: help render test test-slow test-blenders $(BLENDERS:%=test-blender-%) stability lab lint format docs extension clean
 
 PYTHON ?= python3.11
 PIP := pip==26.3 # the pip of Python 3.11 is older than dependency groups
@@ -16,8 +16,11 @@ render: .venv/.complete ## render the sample scenes into out/, as .exr and .png
 	mkdir -p out
 	$(run) -m addon render sample_scenes/*.blend --output out/
 
-test: .venv/.complete ## run all tests
-	$(run) -m pytest
+test: .venv/.complete ## run the tests
+	$(run) -m pytest -m "not slow"
+
+test-slow: .venv/.complete ## run the others: whole renders against Cycles, and what takes over 10 s
+	$(run) -m pytest -m slow
 
 test-blenders: $(BLENDERS:%=test-blender-%) ## run the tests of the add-on on the Python modules of Blender 4.2 and 5.0 too
 

@@ -84,7 +84,7 @@ def area_light_of_any_size(record: Record) -> None:
     happens="Sparks around a lamp that lies on a table, and a dark table between them.",
     why="Points that are even over the lamp are far from even as seen from the surface: those close by are rare and "
     "count as 1/distance².",
-    rooks="Samples by solid angle from within the lamp's diagonal (a disk from within half of its square's), and by the "
+    rooks="Samples by solid angle from within the lamp's diagonal (a disk from within half of that), and by the "
     "surface's cosine where the lamp fills most directions (Veach 1997, one-sample model).",
 )
 def area_light_at_the_surface(record: Record) -> None:
