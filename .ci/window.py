@@ -29,6 +29,8 @@ ENDS_WITHIN = 5.0  # seconds, after Blender was told to quit
 STOPS_WITHIN = 0.3  # seconds, after Escape was pressed
 OPENS_WITHIN = 5.0  # seconds
 RENDERS_WITHIN = 5.0  # seconds, 128 x 128 pixels with compiled kernels
+FIRST_TILE = 1.0  # seconds after F12, in a new Blender: the aim
+FIRST_TILE_WITHIN = 2.0  # on a busy machine
 WINDOW_WAITS = 1.0  # seconds, the longest while that the main thread may be kept from its work
 PICTURES_PER_SECOND = 10  # while the view is turned: the aim
 AT_LEAST_PER_SECOND = 5  # with OpenGL in software, which takes a core of its own
@@ -83,6 +85,10 @@ def with_window(blender: Blender, home: Path) -> None:
             ended = visit(blender, home, story, SCENE)
             is_quiet(ended)
             quits(ended)
+        ended = visit(blender, home, "quits_rendered", SCENE)
+        is_quiet(ended)
+        shows_soon(ended)
+        quits(ended)
     finally:
         os.killpg(server.pid, signal.SIGTERM)
         server.wait()
@@ -273,6 +279,14 @@ def renders(visit: Visit) -> None:
         seconds = f"{note['seconds']:.1f} s"
         raise CheckError(f"the first F12 takes {seconds} for a small picture: were its kernels not compiled before?")
     print(f"ok: F12 renders, in {note['seconds']:.1f} s", flush=True)
+
+
+def shows_soon(visit: Visit) -> None:
+    """In a new Blender, with kernels that were compiled before, F12 soon shows a first tile."""
+    seconds = visit.one("quits")["first_tile"]
+    print(f"F12 in a new Blender shows the first tile after {seconds:.2f} s (the aim is {FIRST_TILE:g})", flush=True)
+    if seconds > FIRST_TILE_WITHIN:
+        raise CheckError(f"the first tile comes {seconds:.2f} s after F12 in a new Blender")
 
 
 def escapes(visit: Visit) -> None:

@@ -508,6 +508,27 @@ def quits_compiling() -> Steps:
     bpy.ops.wm.quit_blender()
 
 
+def quits_rendered() -> Steps:
+    """Press F12 as the first thing in a new Blender, and quit when the first tile has come."""
+    yield from enter()
+    settings().samples = 16
+    tiles: list[float] = []
+    engine = importlib.import_module(f"{EXTENSION}.addon.engine").RooksRenderEngine
+    show_tile = engine._show
+
+    def show_and_look(*arguments) -> None:
+        show_tile(*arguments)
+        tiles.append(time.perf_counter())
+
+    engine._show = show_and_look
+    start = time.perf_counter()
+    press("F12")
+    yield from wait_for(lambda: bool(tiles), 30.0, lambda: "the first tile")
+    yield from wait_for(lambda: not bpy.app.is_job_running("RENDER"), 60.0, lambda: "the end of the render")
+    note("quits", first_tile=tiles[0] - start)
+    bpy.ops.wm.quit_blender()
+
+
 def begin(story: Callable[[], Steps]) -> None:
     """Let a timer tell the story, to its end or its failure."""
     steps = prepared(story)
@@ -534,4 +555,5 @@ def prepared(story: Callable[[], Steps]) -> Steps:
 if __name__ == "__main__":
     name, notes_file, folder_name = sys.argv[sys.argv.index("--") + 1 :]
     notes, folder = Path(notes_file), Path(folder_name)
-    begin({story.__name__: story for story in (at_work, quits_viewing, quits_rendering, quits_compiling)}[name])
+    stories = at_work, quits_viewing, quits_rendering, quits_rendered, quits_compiling
+    begin({story.__name__: story for story in stories}[name])

@@ -98,7 +98,7 @@ def story() -> Steps:
     bpy.context.preferences.use_preferences_save = False
     open_performance()
     yield 3.0  # until the window takes the mouse
-    for step in (refines, turned, panels, passes, errors):
+    for step in (refines, turned, panels, passes, compares, errors):
         yield from step()
     bpy.ops.wm.quit_blender()
 
@@ -162,14 +162,34 @@ def panels() -> Steps:
     shoot("panels", area("PROPERTIES"))
 
 
+def compares() -> Steps:
+    """Compare Samplers, and the sheet that it shows."""
+    yield from open_scene("still_life")
+    show_renders(True)
+    wishes = window.settings().comparison
+    wishes.samplers = {"RANDOM", "JITTERED", "MULTI_JITTERED", "SOBOL_OWEN"}
+    wishes.counts, wishes.seeds, wishes.size = "4 16", 4, 120
+    with window.in_view():
+        bpy.ops.rooks.compare_samplers("INVOKE_DEFAULT")
+    operators = importlib.import_module(f"{window.EXTENSION}.addon.compare_operators")
+    yield from window.wait_for(lambda: operators.running() is None, 120.0, lambda: "the samplers to be compared")
+    yield 2.5  # until it is drawn, by OpenGL in software
+    shoot("comparison")
+
+
 def errors() -> Steps:
-    """What cannot be rendered."""
+    """What cannot be rendered: in the view, and in the report after F12."""
     yield from open_scene("still_life")
     bpy.context.scene.camera.data.type = "PANO"
     window.space().region_3d.view_perspective = "CAMERA"
     window.show()
     yield 3.0
     shoot("error")
+    window.show("SOLID")
+    show_renders(False)
+    yield from window.started_render()
+    yield from ended_render()
+    shoot("report")
 
 
 def passes() -> Steps:
