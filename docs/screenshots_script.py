@@ -28,6 +28,7 @@ COARSE = 8  # side of the pixels in the coarse picture of the view
 PASSES = ("depth", "normal", "sampling_error", "denoising_normal", "denoising_albedo")
 SHOWN_PASSES = ("normal", "sampling_error", "denoising_albedo")  # depth is in metres, and white
 PASS_MENU = 90, 13  # pixels
+NEXT_PASS = "5" if bpy.app.version >= (5, 0) else "4"  # the wheel down, or in older Blenders up
 Steps = window.Steps
 
 
@@ -189,6 +190,9 @@ def errors() -> Steps:
     show_renders(False)
     yield from window.started_render()
     yield from ended_render()
+    region = window.view()[1]
+    point(region.x + region.width // 2, region.y + region.height // 2)  # Blender shows reports when the mouse moves
+    yield 2.5  # until it is drawn, by OpenGL in software
     shoot("report")
 
 
@@ -209,7 +213,7 @@ def passes() -> Steps:
         point(image.x + image.width - PASS_MENU[0] + nearer, image.y + image.height - PASS_MENU[1])
         yield 1.0
     for name in PASSES:
-        window.xdotool("keydown", "ctrl", "click", "5", "keyup", "ctrl")
+        window.xdotool("keydown", "ctrl", "click", NEXT_PASS, "keyup", "ctrl")
         yield 2.5  # until it is drawn, by OpenGL in software
         if name in SHOWN_PASSES:
             shoot(f"pass_{name}", image)
