@@ -509,7 +509,7 @@ def quits_compiling() -> Steps:
 
 
 def quits_rendered() -> Steps:
-    """Press F12 as the first thing in a new Blender, and quit when the first tile has come."""
+    """Press F12 as the first thing in a new Blender, note when the first tile comes, and quit after the render."""
     yield from enter()
     settings().samples = 16
     tiles: list[float] = []

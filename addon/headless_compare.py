@@ -29,7 +29,7 @@ def compare_file(options: argparse.Namespace) -> int:
         with progress_bar(console) as on_progress:
             outcome = comparing.compare(plan, on_progress, core.command_line.was_interrupted)
         if outcome is None:
-            raise KeyboardInterrupt
+            raise core.command_line.Ended
         print(outcome.recommendation, file=console.out)
         for path in outcome.files:
             print(f"  saved {path}", file=console.out)

@@ -54,19 +54,19 @@ def watched_render(watch: Watch, **options) -> None:
 
     Raises:
         SceneError: it came to nothing; the text is the engine's, or else Blender's.
-        KeyboardInterrupt: somebody pressed Ctrl-C.
+        KeyboardInterrupt: a signal has come to end the command.
     """
     import bpy
 
     if core.command_line.was_interrupted():  # while Blender was loading or opened a file
-        raise KeyboardInterrupt
+        raise core.command_line.Ended
     with watching(watch):
         try:
             outcome = bpy.ops.render.render(**options)
         except RuntimeError as error:
             watch.error = watch.error or str(error).splitlines()[0].removeprefix("Error: ")
     if watch.interrupted or core.command_line.was_interrupted():
-        raise KeyboardInterrupt
+        raise core.command_line.Ended
     if watch.error is None and "FINISHED" not in outcome:
         watch.error = "Blender rendered nothing"
     if watch.error:

@@ -19,6 +19,13 @@ def is_near(lights: LightArrays, light: int, x: float, y: float, z: float) -> bo
 
 
 @device
+def is_below(lights: LightArrays, light: int, x: float, y: float, z: float) -> bool:
+    """Whether (x, y, z) lies on or before or behind area light `light`, seen along its normal."""
+    o = lights.position
+    return _is_on(lights, light, x - o[light, 0], y - o[light, 1], z - o[light, 2])
+
+
+@device
 def see_area(lights: LightArrays, light: int, x: float, y: float, z: float) -> Seen:
     """The parallelogram of area light `light`'s axes, as seen from (x, y, z)."""
     o, a, b = lights.position, lights.axis_u, lights.axis_v

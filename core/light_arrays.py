@@ -16,7 +16,7 @@ MOST_ONE_BY_ONE = 8
 
 IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2, 3, 4, 5
 
-#: How near is near: in squared diagonals of an area light, from its centre. Later for ellipses, which the directions
+#: How near is near: in squared diagonals of an area light, from its centre. Nearer for ellipses, which some directions
 #: towards the rectangle around them miss.
 NEAR, NEAR_ELLIPSE = 1.0, 0.25
 #: A spot's edge without blend: steep enough to be a step, finite so that 0 × it stays 0.

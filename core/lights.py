@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from .area_lights import is_near, meet_area, see_area
+from .area_lights import is_below, is_near, meet_area, see_area
 from .batch import (
     DIRECTION,
     LANES,
@@ -210,7 +210,8 @@ def _look_closer_from(batch: Batch, lights: LightArrays, light: int, i: int) -> 
     many samples there have the cosine's density, and all count by that of both together (Veach 1997, section 9.2.4).
     Off other surfaces it is the rays that scatter which even it out.
 
-    For an ellipse it is the angle of the parallelogram around it, and what misses the ellipse brings nothing.
+    For an ellipse it is the angle of the parallelogram around it, and what misses the ellipse brings nothing. Beside it
+    that angle does not tell how much the ellipse fills: no sample is by the cosine there.
     """
     f = batch.floats
     x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
@@ -222,18 +223,21 @@ def _look_closer_from(batch: Batch, lights: LightArrays, light: int, i: int) -> 
     if angle == _ZERO:
         return
     nx, ny, nz = f[i + SHADING_NORMAL], f[i + SHADING_NORMAL + Y], f[i + SHADING_NORMAL + Z]
-    u, v = f[i + POINT], f[i + POINT + Y]
-    by_cosine = _share_by_cosine(angle) if batch.bits[i + LOBE_COUNT] == np.uint32(0) else _ZERO
-    is_within = (u >= by_cosine) & (lights.kind[light] == IS_RECTANGLE)
-    if u < by_cosine:
-        lx, ly, lz = square_to_cosine_hemisphere(u / by_cosine, v)
-        dx, dy, dz = to_world(lx, ly, lz, nx, ny, nz)
+    by_cosine = _ZERO
+    if (batch.bits[i + LOBE_COUNT] == np.uint32(0)) & is_below(lights, light, x, y, z):
+        by_cosine = _share_by_cosine(angle)
+    u, v, by_angle = f[i + POINT], f[i + POINT + Y], _ONE - by_cosine
+    # The upper end, which no point reaches while the share is tiny: some samplers have (0, 0) in each of their sets.
+    is_within = (u < by_angle) & (lights.kind[light] == IS_RECTANGLE)
+    if u < by_angle:
+        dx, dy, dz = direction_in(seen, min(u / by_angle, BELOW_ONE), v)
     else:
-        dx, dy, dz = direction_in(seen, min((u - by_cosine) / (_ONE - by_cosine), BELOW_ONE), v)
+        lx, ly, lz = square_to_cosine_hemisphere(min((u - by_angle) / by_cosine, BELOW_ONE), v)
+        dx, dy, dz = to_world(lx, ly, lz, nx, ny, nz)
     reach, facing, is_met = meet_area(lights, light, x, y, z, dx, dy, dz)
     if (facing > _ZERO) & (is_met | is_within):
         cosine = max(dx * nx + dy * ny + dz * nz, _ZERO)
-        density = (_ONE - by_cosine) / angle + by_cosine * cosine * INV_PI
+        density = by_angle / angle + by_cosine * cosine * INV_PI
         _aim(f, i, dx, dy, dz, reach, _ONE / (density * lights.area[light]))
 
 

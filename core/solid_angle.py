@@ -20,19 +20,16 @@ Vector = tuple[float, float, float]
 
 
 class Seen(NamedTuple):
-    """A parallelogram as seen from a point: unit directions to its corners, and those of two triangles that share the
-    diagonal from `apex` to `middle`: their determinants, the solid angle of the first, and of both, 0 where the
-    parallelogram's plane goes through the point.
-    """
+    """A parallelogram as seen from a point, cut into two triangles along the diagonal from `apex` to `middle`."""
 
-    apex: Vector
+    apex: Vector  # unit directions to the corners, in their order
     first: Vector
     middle: Vector
     last: Vector
-    first_volume: float
+    first_volume: float  # the determinants of the triangles' directions, without their signs
     last_volume: float
-    first_angle: float
-    angle: float
+    first_angle: float  # the solid angle of the first triangle
+    angle: float  # of both; 0 where the parallelogram's plane goes through the point
 
 
 @device
