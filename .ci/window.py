@@ -81,14 +81,11 @@ def with_window(blender: Blender, home: Path) -> None:
         is_on_screen(work, home)
         for check in (chooses, changes, looks, takes_back, comes_back, turns, renders, escapes, opens, quits):
             check(work)
-        for story in ("quits_viewing", "quits_rendering"):
+        for story in ("quits_viewing", "quits_rendering", "quits_rendered"):
             ended = visit(blender, home, story, SCENE)
             is_quiet(ended)
             quits(ended)
-        ended = visit(blender, home, "quits_rendered", SCENE)
-        is_quiet(ended)
         shows_soon(ended)
-        quits(ended)
     finally:
         os.killpg(server.pid, signal.SIGTERM)
         server.wait()

@@ -14,7 +14,7 @@ from .case import Record, case
 
 #: Of a lamp above the floor, in m.
 HEIGHTS = (1.0, 0.7, 0.5, 0.3, 0.2, 0.1, 1e-2, 1e-4)
-#: The largest below a lamp's middle: that of the directions to a square which miss the disk in it, at 0.6 m: √(0.19).
+#: Below a lamp's middle: where a disk is first sampled by the directions to its square, at 0.7 m, many of them miss it.
 MOST_DEVIATION = 0.44
 #: The relative deviation of a cosine over a half-space that is sampled evenly is √(1/3); with what the estimate of it
 #: from 4096 pixels may err, four standard errors.
@@ -100,10 +100,10 @@ def area_light_at_the_surface(record: Record) -> None:
             record.claim(f"{shape} at {height:g} m, deviation over that at 1.5 m", near[height] / distant, at_most=5)
         record.claim(f"largest deviation of a sample, {shape} at any height", max(others), at_most=MOST_DEVIATION)
         # There a disk is seen edge-on past the corner of the square around it: dark, so that the lamp is the measure.
-        beside = deviation(even_floor((square_lamp(1.0, 1e-3, shape, at=(0.44, 0.44)),)))
-        share = irradiance([square_lamp(1.0, 1e-3, shape, at=(0.44, 0.44))], samples=64, seeds=8).mean
+        aside = square_lamp(1.0, 1e-3, shape, at=(0.44, 0.44))
+        spread = deviation(even_floor((aside,))) * irradiance([aside], samples=64, seeds=8).mean
         what = f"deviation below a corner, {shape} at 0.001 m, over the brightness of the lamp"
-        record.claim(what, beside * share / brightness[shape], at_most=0.5)
+        record.claim(what, spread / brightness[shape], at_most=0.5)
     for height in (0.1, 1e-4):
         found = irradiance([square_lamp(1.0, height)], samples=64, seeds=8)
         record.claim(f"relative error at {height:g} m", off(found, below_square(0.5, height) / math.pi), at_most=1e-4)
