@@ -146,7 +146,7 @@ def _scaled(color: Color, gain: float) -> Color:
 
 def _is_portal(light: bpy.types.Light) -> bool:
     """Whether an area lamp only shows Cycles the way to the world's light, and has none of its own."""
-    return light.type == "AREA" and getattr(getattr(light, "cycles", None), "is_portal", False)
+    return light.type == "AREA" and getattr(versions.cycles_settings(light), "is_portal", False)
 
 
 def _warnings(lamp: bpy.types.Object) -> list[str]:
@@ -158,7 +158,7 @@ def _warnings(lamp: bpy.types.Object) -> list[str]:
     if lamp.visible_camera:
         problems.append(rpt_("Rooks does not show lamps to the camera"))
     problems += linking_problems(lamp)
-    bounces = getattr(getattr(light, "cycles", None), "max_bounces", ALL_BOUNCES)
+    bounces = getattr(versions.cycles_settings(light), "max_bounces", ALL_BOUNCES)
     if bounces < ALL_BOUNCES:
         problems.append(rpt_("Rooks does not leave it out after its {count} bounces").format(count=bounces))
     return [_warning(lamp, problem) for problem in problems]

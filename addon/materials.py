@@ -75,6 +75,5 @@ def warn_of_outputs(tree: bpy.types.NodeTree, identifiers: tuple[str, ...], loss
 
 
 def _is_sampled(material: bpy.types.Material) -> bool:
-    """Whether light is searched for on what shines; a setting of Cycles', which is not there where it is disabled."""
-    cycles = getattr(material, "cycles", None)
-    return cycles is None or cycles.emission_sampling != "NONE"
+    """Whether light is searched for on what shines; a setting of Cycles'."""
+    return getattr(versions.cycles_settings(material), "emission_sampling", "AUTO") != "NONE"

@@ -71,13 +71,26 @@ def normal_map_points_down(node: bpy.types.Node) -> bool:
 
 
 def shadow_terminator(obj: bpy.types.Object) -> bpy.types.bpy_struct | None:
-    """What has the offsets of an object's shadow terminator: itself; up to 4.3 what Cycles adds, if enabled."""
+    """What has the offsets of an object's shadow terminator: itself; up to 4.3 what Cycles adds, if enabled.
+
+    For panels, which change it: of an evaluated object, see `shadow_terminator_offsets`.
+    """
     return obj if hasattr(obj, "shadow_terminator_geometry_offset") else getattr(obj, "cycles", None)
+
+
+def cycles_settings(block: bpy.types.ID, name: str = "cycles") -> bpy.types.bpy_struct | None:
+    """What Cycles has stored with a data block; None where it is disabled, and where nothing was changed.
+
+    Asked for what is not stored, Blender would add it to the evaluated data block, which up to 4.3 it does not free if
+    that is an object.
+    """
+    is_known = name in block.bl_rna.properties
+    return getattr(block, name) if is_known and block.is_property_set(name) else None
 
 
 def shadow_terminator_offsets(obj: bpy.types.Object) -> tuple[float, float]:
     """The Geometry Offset and the Shading Offset of an object's shadow terminator."""
-    owner = shadow_terminator(obj)
+    owner = obj if hasattr(obj, "shadow_terminator_geometry_offset") else cycles_settings(obj)
     geometry = getattr(owner, "shadow_terminator_geometry_offset", 0.1)  # Blender's default
     older = getattr(owner, "shadow_terminator_offset", 0.0)
     return geometry, getattr(owner, "shadow_terminator_shading_offset", older)

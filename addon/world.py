@@ -32,6 +32,6 @@ def export_world(depsgraph: bpy.types.Depsgraph, images: Images) -> tuple[Value,
 
 def _hidden_from(world: bpy.types.World) -> list[str]:
     """The kinds of ray that Cycles does not show the world to."""
-    visibility = getattr(world, "cycles_visibility", None)
+    visibility = versions.cycles_settings(world, "cycles_visibility")
     kinds = ("camera", "diffuse", "glossy", "transmission")
     return [] if visibility is None else [kind for kind in kinds if not getattr(visibility, kind)]

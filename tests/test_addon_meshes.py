@@ -329,8 +329,28 @@ def test_the_shadow_terminators_geometry_offset_arrives_and_its_shading_offset_i
 
 def test_in_blender_4_3_cycles_has_the_shadow_terminators_offsets_and_without_it_they_are_the_defaults():
     cycles = SimpleNamespace(shadow_terminator_geometry_offset=0.3, shadow_terminator_offset=0.2)
-    assert versions.shadow_terminator_offsets(SimpleNamespace(cycles=cycles)) == (0.3, 0.2)
-    assert versions.shadow_terminator_offsets(SimpleNamespace()) == (0.1, 0.0)
+    kind = SimpleNamespace(properties={"cycles"})
+    changed = SimpleNamespace(cycles=cycles, bl_rna=kind, is_property_set=lambda name: True)
+    unchanged = SimpleNamespace(bl_rna=kind, is_property_set=lambda name: False)
+    without = SimpleNamespace(bl_rna=SimpleNamespace(properties=set()))
+    offsets = [versions.shadow_terminator_offsets(obj) for obj in (changed, unchanged, without)]
+    assert offsets == [(0.3, 0.2), (0.1, 0.0), (0.1, 0.0)]
+
+
+def test_nothing_is_added_to_what_blender_has_evaluated():
+    """Blender 4.3 does not free it: it ended with "Error: Not freed memory blocks"."""
+    empty_scene()
+    obj = quad()
+    material, _ = shader("ShaderNodeEmission")
+    obj.data.materials.append(material)
+    world = bpy.context.scene.world = bpy.data.worlds.new("World")
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "AREA"))
+    bpy.context.scene.collection.objects.link(lamp)
+    export()
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    for block, name in ((obj, "cycles"), (material, "cycles"), (lamp.data, "cycles"), (world, "cycles_visibility")):
+        evaluated = block.evaluated_get(depsgraph)
+        assert name not in evaluated.bl_rna.properties or not evaluated.is_property_set(name)
 
 
 def test_texture_coordinates_that_are_no_numbers_are_told():
