@@ -2,7 +2,7 @@
 
     blender --python docs/screenshots_script.py -- NOTES FOLDER
 
-The window is driven as in `.ci/window_script.py`. Each note says which part of a photograph is to be kept.
+The window is driven by `.ci/driven_window.py`. Each note says which part of a photograph is to be kept.
 """
 
 import importlib
@@ -16,7 +16,7 @@ import addon_utils
 import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / ".ci"))
-import window_script as window
+import driven_window as window
 
 #: The window, in pixels of the screen; and while it shows the panels, which are taller.
 SIZE = 1280, 800
