@@ -34,7 +34,7 @@ def unregister() -> None:
     bpy.app.handlers.undo_post.remove(_on_undo)
     bpy.app.handlers.load_post.remove(_on_load)
     _for_viewports("close_all")
-    kernels.stop_compiling()
+    kernels.stop()
 
 
 @persistent
@@ -55,10 +55,11 @@ def _subscribe() -> None:
 
 
 def _get_ready() -> None:
-    """Compile the kernels while the user is still at work on the scene that Rooks is to render."""
+    """Compile or load the kernels while the user is still at work on the scene that Rooks is to render."""
     if not bpy.app.background and any(scene.render.engine == ENGINE_ID for scene in bpy.data.scenes):
         with contextlib.suppress(core.errors.RooksError):  # the render will say what is wrong
             kernels.start_compiling()
+            kernels.start_loading()
 
 
 def _for_viewports(do: str) -> None:

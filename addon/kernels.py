@@ -1,17 +1,20 @@
-"""Compiled kernels: where Blender keeps them, and their compilation before the first render.
+"""Compiled kernels: where Blender keeps them, and how they are there before the first render.
 
 They are compiled by a process of its own, which Blender does not have to wait for, and which can be stopped. It starts
-when Rooks is chosen as the render engine, or else with the first render.
+when Rooks is chosen as the render engine, or else with the first render. Once they are compiled a thread loads them,
+with the modules that a render needs: that takes most of a second, which F12 does not have to wait for.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import bpy
@@ -34,7 +37,14 @@ hasattr(os, "nice") and os.nice(5)
 importlib.import_module(core + ".compiling").compile_kernels()
 """
 
+#: How long the end of Rooks waits for the thread that loads, in seconds.
+ENDS_WITHIN = 2.0
+
+#: What `engine` imports when it renders.
+_MODULES = ".camera", ".export", ".metadata", ".previews"
+
 _process: subprocess.Popen | None = None
+_loader: threading.Thread | None = None
 _lock = threading.Lock()
 
 
@@ -91,6 +101,27 @@ def _start() -> subprocess.Popen:
     )
 
 
+def start_loading() -> None:
+    """Start to load in the background what the first render would have to load, if that was not done before.
+
+    It waits for the compilation that `start_compiling` has started.
+    """
+    global _loader
+    if _loader is None:
+        _loader = threading.Thread(target=_load, name="rooks-load")
+        _loader.start()
+
+
+def _load() -> None:
+    with contextlib.suppress(Exception):  # whatever is wrong, the render meets it again, and says so
+        for module in _MODULES:
+            import_module(module, __package__)
+        if (process := _process) is not None:
+            process.wait()
+        if core.kernel_cache.are_compiled():
+            core.compiling.load_kernels()
+
+
 def wait_for_kernels(on_progress: Callable[[float], None], should_cancel: Callable[[], bool]) -> bool:
     """Wait until the kernels are compiled; False where it was cancelled. The compilation goes on then.
 
@@ -111,11 +142,14 @@ def progress_text(share: float) -> str:
     return iface_("Compiling kernels, first render only: {share:.0%}").format(share=share)
 
 
-def stop_compiling() -> None:
-    """End the compilation; what is compiled is kept."""
-    global _process
+def stop() -> None:
+    """End the compilation, of which is kept what is compiled, and the loading, which takes a second."""
+    global _process, _loader
     with _lock:
         if _process is not None:
             _process.kill()
             _process.wait()
             _process = None
+    if _loader is not None:
+        _loader.join(ENDS_WITHIN)  # longer where a kernel is damaged, and compiled once more
+        _loader = None

@@ -72,8 +72,10 @@ def _is_on(lights: LightArrays, light: int, dx: float, dy: float, dz: float) -> 
 def spread_of_area(
     lights: LightArrays, light: int, x: float, y: float, z: float, distance: float, facing: float
 ) -> float:
-    """1 / the density, in steradians, with which a direction is sampled in which `meet_area` finds the light, where
-    rays off the surface compete with the samples."""
+    """1 / the density, in steradians, with which a direction is sampled in which `meet_area` finds the light.
+
+    That is, where rays off the surface compete with the samples.
+    """
     if is_near(lights, light, x, y, z):
         return np.float32(see_area(lights, light, x, y, z).angle)
     return lights.area[light] * facing / (distance * distance)

@@ -17,8 +17,13 @@ from .values import EnvironmentTexture
 
 def compile_kernels() -> None:
     """Compile what is not in the cache yet, which takes about a minute, and note that all is there."""
-    render(smallest_scene(), RenderSettings(samples=1, threads=1))
+    load_kernels()
     note_compiled()
+
+
+def load_kernels() -> None:
+    """Have this process load the kernels: from the cache, where they are in it."""
+    render(smallest_scene(), RenderSettings(samples=1, threads=1))
 
 
 def smallest_scene() -> Scene:

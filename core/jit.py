@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import threading
 from collections.abc import Callable
 
 import numba
@@ -13,6 +14,10 @@ from .kernel_cache import cache_folder
 
 #: LLVM may fuse and reorder, but must keep NaN and infinity: a degenerate triangle has to stay recognisable.
 FAST_MATH = {"contract", "reassoc", "nsz", "arcp"}
+
+
+#: Modules are imported by several threads; numba's folder is one for all.
+_choosing_folder = threading.Lock()
 
 
 class _KernelCache(FunctionCache):
@@ -33,15 +38,16 @@ class _KernelCache(FunctionCache):
 
 def kernel(function: Callable) -> Callable:
     """Compile a function that loops over arrays: releases the GIL, and is cached on disk."""
-    # Other users of numba in the same Blender keep their own folder.
-    before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder())
-    try:
-        compiled = numba.njit(nogil=True, _nrt=False, error_model="numpy", fastmath=FAST_MATH)(function)
-        if not config.DISABLE_JIT:
-            compiled._cache = _KernelCache(function)
-        return compiled
-    finally:
-        config.CACHE_DIR = before
+    compiled = numba.njit(nogil=True, _nrt=False, error_model="numpy", fastmath=FAST_MATH)(function)
+    if not config.DISABLE_JIT:
+        with _choosing_folder:
+            # Other users of numba in the same Blender keep their own folder.
+            before, config.CACHE_DIR = config.CACHE_DIR, str(cache_folder())
+            try:
+                compiled._cache = _KernelCache(function)
+            finally:
+                config.CACHE_DIR = before
+    return compiled
 
 
 def device(function: Callable) -> Callable:

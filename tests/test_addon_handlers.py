@@ -27,10 +27,11 @@ def viewports(monkeypatch) -> list[str]:
 
 @pytest.fixture
 def compilations(monkeypatch) -> list[str]:
-    """What the compilation of kernels is told, in a Blender that seems to have a window."""
+    """What is done about kernels, in a Blender that seems to have a window."""
     told: list[str] = []
-    monkeypatch.setattr(kernels, "start_compiling", lambda: told.append("start"))
-    monkeypatch.setattr(kernels, "stop_compiling", lambda: told.append("stop"))
+    monkeypatch.setattr(kernels, "start_compiling", lambda: told.append("compile"))
+    monkeypatch.setattr(kernels, "start_loading", lambda: told.append("load"))
+    monkeypatch.setattr(kernels, "stop", lambda: told.append("stop"))
     return told
 
 
@@ -71,8 +72,8 @@ def test_without_a_viewport_none_is_told(monkeypatch):
     assert "addon.viewport" not in sys.modules
 
 
-@pytest.mark.parametrize(("engine", "expected"), [("ROOKS", ["start"]), ("CYCLES", [])])
-def test_kernels_are_compiled_as_soon_as_a_scene_is_to_be_rendered_with_rooks(
+@pytest.mark.parametrize(("engine", "expected"), [("ROOKS", ["compile", "load"]), ("CYCLES", [])])
+def test_kernels_are_compiled_or_loaded_as_soon_as_a_scene_is_to_be_rendered_with_rooks(
     compilations, monkeypatch, engine, expected
 ):
     empty_scene().render.engine = engine
@@ -86,7 +87,7 @@ def test_any_scene_of_the_file_counts(compilations, monkeypatch):
     bpy.data.scenes.new("Other").render.engine = "ROOKS"
     seem_to_have_a_window(monkeypatch)
     handlers._get_ready()
-    assert compilations == ["start"]
+    assert compilations == ["compile", "load"]
 
 
 def test_without_a_window_nothing_is_compiled_ahead(compilations):
