@@ -1,4 +1,7 @@
-"""Random scenes: thousands of scenes as hypothesis draws them, each of which has to be a picture or a clear error."""
+"""Random scenes: thousands of scenes as hypothesis draws them, each of which has to be a picture or a clear error.
+
+To repeat those of one seed: python -m tests.stability.random_scenes COUNT SEED
+"""
 
 from __future__ import annotations
 
@@ -19,8 +22,8 @@ from core import RenderSettings, Scene, SceneError, SettingsError, render
 from .case import Record, case
 from .drawn_scenes import scenes_with_settings
 
-#: What `make stability` has the time for. To try 10,000: python -m tests.stability.random_scenes 10000
-SCENES = 1_000
+#: What `make stability` has the time for.
+SCENES = 10_000
 QUICK_SCENES = 200
 PROCESSES = 2
 
@@ -36,7 +39,7 @@ _WORDS = {
 
 @case("200 random scenes", **_WORDS)
 def some_random_scenes(record: Record) -> None:
-    _claim(record, _try_scenes(QUICK_SCENES, 0))
+    _claim(record, _try_scenes(QUICK_SCENES, 0), QUICK_SCENES)
 
 
 @case("Thousands of random scenes", is_slow=True, **_WORDS)
@@ -47,12 +50,12 @@ def many_random_scenes(record: Record) -> None:
     except BrokenProcessPool:
         record.claim("processes that crashed", 1, at_most=0)
     else:
-        _claim(record, sum(parts, Counter()))
+        _claim(record, sum(parts, Counter()), SCENES)
 
 
-def _claim(record: Record, found: Counter) -> None:
+def _claim(record: Record, found: Counter, count: int) -> None:
     tried = found["tried"]
-    record.claim("scenes", tried, at_least=QUICK_SCENES)
+    record.claim("scenes", tried, at_least=count)
     record.claim("refused with one line, share", found["refused"] / tried, at_most=0.5)
     record.claim("lit, share", found["lit"] / tried, at_least=0.1)
     for fault in (
