@@ -7,10 +7,12 @@ rendered whole, so that a packet holds the same rays whatever the border, the ti
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future
 from dataclasses import dataclass
+from queue import Empty, SimpleQueue
 
 import numpy as np
 
@@ -23,6 +25,9 @@ from .integrator import render_blocks
 from .preparation import Prepared, prepare
 from .scene import Scene
 from .settings import RenderSettings
+
+#: A tile's passes, and its dropped and blocked samples.
+_TileResult = tuple[dict[str, np.ndarray], int, int]
 
 #: How often the calling thread looks whether it should stop, in seconds.
 POLL = 0.02
@@ -49,8 +54,8 @@ def render(
 ) -> Film:
     """Render `scene`.
 
-    `on_tile` is called from the calling thread as each tile is finished, `should_cancel` about 50 times a second. When
-    that answers True the film comes back with the tiles that are done, and its `cancelled` set.
+    `on_tile` is called from the calling thread as each tile is finished, `should_cancel` then and about 50 times a
+    second. When that answers True the film comes back with the tiles that are done, and its `cancelled` set.
 
     Raises:
         SceneError: the scene cannot be rendered; the text says what to mend.
@@ -86,8 +91,9 @@ def _new_film(left: int, bottom: int, right: int, top: int, scene: Scene, settin
 
 def _load_kernels(prepared: Prepared, should_cancel: Callable[[], bool] | None) -> bool:
     """Wait for the kernels. False where it was cancelled."""
-    loading = prepared.load_kernels()
-    while not wait([loading], timeout=POLL).done:
+    loaded: SimpleQueue[Future] = SimpleQueue()
+    prepared.load_kernels().add_done_callback(loaded.put)
+    while (loading := _next(loaded)) is None:
         if should_cancel is not None and should_cancel():
             return False
     loading.result()
@@ -108,35 +114,62 @@ def _render_tiles(
     on_tile: Callable[[Tile], None] | None,
     should_cancel: Callable[[], bool] | None,
 ) -> None:
-    settings = prepared.settings
     stop = np.zeros(1, np.uint8)  # kernels look at it between batches
+    tiles = _tiles(film, prepared.settings.tile_size)
+    todo: SimpleQueue[Bounds] = SimpleQueue()
+    done: SimpleQueue[tuple[Bounds, _TileResult] | BaseException] = SimpleQueue()
+    for tile in tiles:
+        todo.put(tile)
 
-    def render_one(bounds: Bounds) -> tuple[dict[str, np.ndarray], int, int] | None:
-        with prepared.packed.structure.user() as is_open:
-            return _render_tile(bounds, prepared, stop) if is_open else None
-
-    tiles = _tiles(film, settings.tile_size)
-    with ThreadPoolExecutor(settings.thread_count, "rooks") as pool:
-        waiting: dict[Future, Bounds] = {}
+    def work() -> None:
         try:
-            for tile in tiles:
-                waiting[pool.submit(render_one, tile)] = tile
-            while waiting:
-                finished, _ = wait(waiting, timeout=POLL, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    bounds, (passes, dropped, blocked) = waiting.pop(future), future.result()
-                    film.dropped_samples += dropped
-                    film.blocked_samples += blocked
-                    film.negative_pixels += _raise_to_black(passes["Combined"])
-                    _deliver(film, bounds, passes, len(tiles) - len(waiting), len(tiles), on_tile)
-                if should_cancel is not None and should_cancel():
-                    film.cancelled = True
-                    break
-        finally:
-            # Also where on_tile raises, or Ctrl-C arrives: the threads end within a batch.
-            stop[0] = 1
-            for future in waiting:
-                future.cancel()
+            with prepared.packed.structure.user() as is_open:
+                while is_open and not stop[0]:
+                    bounds = todo.get_nowait()
+                    done.put((bounds, _render_tile(bounds, prepared, stop)))
+        except Empty:
+            pass
+        except BaseException as error:
+            done.put(error)
+
+    count = min(prepared.settings.thread_count, len(tiles))
+    threads = [threading.Thread(target=work, name=f"rooks_{number}") for number in range(count)]
+    delivered = 0
+    try:
+        for thread in threads:
+            thread.start()
+        while delivered < len(tiles):
+            outcome = _next(done)
+            if isinstance(outcome, BaseException):
+                raise outcome
+            if outcome is not None:
+                delivered += 1
+                bounds, (passes, dropped, blocked) = outcome
+                film.dropped_samples += dropped
+                film.blocked_samples += blocked
+                film.negative_pixels += _raise_to_black(passes["Combined"])
+                _deliver(film, bounds, passes, delivered, len(tiles), on_tile)
+            if should_cancel is not None and should_cancel():
+                film.cancelled = True
+                break
+    finally:
+        # Also where on_tile raises, or Ctrl-C arrives: the threads end within a batch.
+        stop[0] = 1
+        for thread in threads:
+            if thread.ident is not None:
+                thread.join()
+
+
+def _next(queue: SimpleQueue) -> object | None:
+    """What comes next, if it comes in time to look whether to stop.
+
+    A signal can raise anywhere in the thread that waits. It would leave a Future or a Condition locked for ever, which
+    the other threads then wait for; this queue is C's, and is not left half-way.
+    """
+    try:
+        return queue.get(timeout=POLL)
+    except Empty:
+        return None
 
 
 def _raise_to_black(combined: np.ndarray) -> int:
@@ -164,7 +197,7 @@ def _tiles(film: Film, size: int) -> list[Bounds]:
     return sorted(tiles, key=place)
 
 
-def _render_tile(bounds: Bounds, prepared: Prepared, stop: np.ndarray) -> tuple[dict[str, np.ndarray], int, int] | None:
+def _render_tile(bounds: Bounds, prepared: Prepared, stop: np.ndarray) -> _TileResult | None:
     """Render the blocks that touch `bounds`: their passes, dropped and blocked samples; None where it was stopped."""
     grid, samples = BlockGrid(bounds), prepared.settings.sample_count
     sums = new_tile_sums(grid.pixels, prepared.settings.denoising_albedo)

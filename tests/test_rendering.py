@@ -4,9 +4,13 @@ and unbiased with every sampler that leaves something to chance."""
 from __future__ import annotations
 
 import math
+import signal
+import subprocess
+import sys
 import threading
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -484,3 +488,36 @@ def test_a_pixel_without_a_sample_that_is_a_number_is_black_and_no_hole():
     film = render(Scene(camera_down(4, (8, 8)), (Instance(floor(), materials=(walls,)),)), RenderSettings(samples=4))
     assert film.dropped_samples == 8 * 8 * 4
     assert (film.passes["Combined"] == (0, 0, 0, 1)).all()
+
+
+INTERRUPTED = """
+import signal, threading
+from dataclasses import replace
+from core import RenderSettings, render
+from core.compiling import smallest_scene
+
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+scene = smallest_scene()
+render(scene, RenderSettings(samples=1))
+scene = replace(scene, camera=replace(scene.camera, resolution=(400, 400)))
+signal.signal(signal.SIGALRM, interrupt)
+for number in range(20):
+    signal.setitimer(signal.ITIMER_REAL, 0.2 + 0.013 * number)
+    try:
+        render(scene, RenderSettings(samples=4096, tile_size=4, threads=2))
+    except KeyboardInterrupt:
+        assert not [thread.name for thread in threading.enumerate() if thread.name.startswith("rooks_")]
+    else:
+        raise SystemExit("not interrupted")
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="Windows has no such timer")
+def test_an_interrupt_at_any_moment_ends_all_threads():
+    """Futures that the signal left locked made a worker, and the render, wait for ever: at every tenth or so."""
+    result = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED], cwd=Path(__file__).parents[1], capture_output=True, text=True, timeout=120
+    )
+    assert (result.returncode, result.stderr) == (0, "")
