@@ -69,7 +69,7 @@ def finished_lines(film: core.Film) -> list[str]:
     return [times, memory, *losses(film)]
 
 
-def losses(film: core.Film) -> list[str]:
+def losses(film: core.Film | core.progressive.Progressive) -> list[str]:
     """What of the picture could not be kept as it was computed."""
     found = []
     if film.dropped_samples:

@@ -19,6 +19,7 @@ from bpy.app.translations import pgettext_iface as iface_
 from . import kernels
 from ._core import core
 from .failures import failure_text
+from .progress import losses
 
 NewScene = tuple["core.scene.Scene", "core.settings.RenderSettings"]
 
@@ -58,7 +59,10 @@ class View:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture to be drawn: float32 (height, width, 4), bottom row first, at (x, y) with pixels of `size`."""
+    """A picture to be drawn: float32 (height, width, 4), bottom row first, at (x, y) with pixels of `size`.
+
+    `losses` says what of it could not be kept as it was computed.
+    """
 
     pixels: np.ndarray
     x: int
@@ -66,6 +70,7 @@ class Picture:
     size: int
     done: int
     total: int
+    losses: tuple[str, ...]
 
 
 class Session:
@@ -111,7 +116,8 @@ class Session:
             return self.error
         if self.activity or self.picture is None:
             return self.activity
-        return iface_("{done} of {total} samples").format(done=self.picture.done, total=self.picture.total)
+        done = iface_("{done} of {total} samples").format(done=self.picture.done, total=self.picture.total)
+        return ", ".join((done, *self.picture.losses))
 
     def show_error(self, text: str) -> None:
         """There is nothing to be seen, and this is why."""
@@ -188,7 +194,8 @@ class Session:
                 left, bottom = view.bounds[:2]
                 done = progressive.done if size == 1 else 0
                 total = self._prepared.settings.sample_count
-                yield Picture(progressive.pixels(), left * size, bottom * size, size, done, total)
+                lost = tuple(losses(progressive))
+                yield Picture(progressive.pixels(), left * size, bottom * size, size, done, total, lost)
 
     def _first_size(self, view: View) -> int:
         """The side of the first picture's pixels, a power of two."""

@@ -40,7 +40,7 @@ class Progressive:
         width, height = camera.resolution
         self.bounds = bounds or (0, 0, width, height)
         self.total = prepared.settings.sample_count
-        self.done = 0
+        self.done = self.blocked_samples = 0
         self._prepared = prepared
         self._frame = prepared.seen_by(camera)
         self._order = golden_order(self.total)
@@ -56,21 +56,32 @@ class Progressive:
         if stop[0]:
             return False
         bottom = self.bounds[1]
-        for (_, low, _, high), (sums, counts) in zip(strips, rendered, strict=True):
+        for (_, low, _, high), (sums, counts, blocked) in zip(strips, rendered, strict=True):
+            self.blocked_samples += blocked
             self._sums[low - bottom : high - bottom] += sums
             self._counts[low - bottom : high - bottom] += counts
         self.done += 1
         return True
 
+    @property
+    def dropped_samples(self) -> int:
+        """How many samples were not finite, and are not in the picture."""
+        return self.done * self._counts.size - int(self._counts.sum())
+
+    @property
+    def negative_pixels(self) -> int:
+        """How many pixels are below 0, and black instead."""
+        return int((self._sums < 0).any(axis=2).sum())
+
     def pixels(self) -> np.ndarray:
         """The picture so far: linear Rec.709, premultiplied alpha, float32 (height, width, 4), bottom row first."""
         return np.maximum(self._sums / np.maximum(self._counts, 1), 0).astype(np.float32)
 
-    def _strip(self, bounds: Bounds, run: Run, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _strip(self, bounds: Bounds, run: Run, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
         grid = BlockGrid(bounds)
         sums = new_tile_sums(grid.pixels)
         render_blocks(*self._prepared.workspace(), self._frame, grid.blocks, run, sums, stop)
-        return grid.raster(sums.combined), grid.raster(sums.count[:, None])
+        return grid.raster(sums.combined), grid.raster(sums.count[:, None]), int(sums.blocked[0])
 
 
 def coarser(camera: Camera, size: int) -> Camera:

@@ -110,7 +110,7 @@ def test_status_lines_are_translated(translate):
     for is_cancelled in (False, True):
         worker = SimpleNamespace(share=0.25, doing="Loading the renderer", is_cancelled=is_cancelled)
         texts.append(compare_operators.progress_text(worker))
-    session = SimpleNamespace(error=None, activity="", picture=Picture(None, 0, 0, 1, 3, 16))
+    session = SimpleNamespace(error=None, activity="", picture=Picture(None, 0, 0, 1, 3, 16, ()))
     texts.append(Session.text.fget(session))
     assert {text: words for text in texts if (words := untranslated(text))} == {}
 

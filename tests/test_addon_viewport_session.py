@@ -18,7 +18,8 @@ pytest.importorskip("bpy")
 import core
 from addon import kernels, viewport_session
 from addon.viewport_session import Picture, Session, View
-from core import Camera, Instance, RenderSettings, Scene, SceneError
+from core import Camera, Instance, Material, RenderSettings, Scene, SceneError
+from core.shaders import Emission
 from tests.scenes import camera_down, floor, lambertian
 from tests.test_rendering import still_life
 
@@ -78,6 +79,17 @@ def test_it_begins_coarse_and_ends_as_the_render(watched):
     assert watched.session.text == "8 of 8 samples"
     expected = core.render(scene, SETTINGS).passes["Combined"]
     np.testing.assert_allclose(last.pixels, expected, rtol=2e-6, atol=1e-7)
+
+
+def test_what_is_left_out_is_told(watched):
+    """The floor takes away more light than there is."""
+    ground = Instance(floor(9), materials=(Material("", Emission(-1.0)),))
+    scene = Scene(camera_down(2, (64, 48)), (ground,))
+    watched.session.show_scene(scene, SETTINGS)
+    watched.session.show_view(view_of(scene.camera))
+    watched.wait_for_the_last_picture()
+    lost = "3072 pixels were negative, by lamps or emission below 0, and are black instead"
+    assert watched.session.text == f"8 of 8 samples, {lost}"
 
 
 def test_another_view_and_another_scene_are_shown_next(watched):

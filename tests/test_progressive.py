@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core import AreaLight, Instance, PointLight, RenderSettings, Scene, progressive, render
+from core import AreaLight, Instance, Material, PointLight, RenderSettings, Scene, progressive, render
 from core.preparation import Prepared, prepare
 from core.progressive import Progressive, coarser, golden_order
+from core.shaders import Transparent
 from tests.scenes import WHITE, box, camera_down, camera_forward, floor, lambertian, sphere, translation
 from tests.test_rendering import still_life
 
@@ -44,6 +45,25 @@ def test_all_passes_together_are_the_render(settings, pool):
     prepared = prepare(scene, settings)
     np.testing.assert_allclose(passes(prepared, scene, pool, settings.sample_count), expected, rtol=2e-6, atol=1e-7)
     prepared.let_go()
+
+
+def test_what_is_lost_is_counted_as_in_a_render(pool):
+    """Blocked by transparent sheets, and negative by a lamp."""
+    clear = (Material("", Transparent()),)
+    sheets = tuple(Instance(floor(1, (-1, 0, 0.1 * (k + 1))), materials=clear) for k in range(3))
+    things = Instance(floor(9), materials=(WHITE,)), *sheets
+    scene = Scene(camera_down(3, (24, 16)), things, (PointLight((1, 0, 1), (-1.0,) * 3),))
+    settings = RenderSettings(samples=4, transparent_bounces=1)
+    film, prepared = render(scene, settings), prepare(scene, settings)
+    try:
+        progressive = Progressive(prepared, scene.camera)
+        while progressive.done < progressive.total:
+            progressive.add_pass(pool, np.zeros(1, np.uint8))
+        found, expected = ((of.blocked_samples, of.negative_pixels, of.dropped_samples) for of in (progressive, film))
+        assert found == expected
+        assert min(found[:2]) > 0
+    finally:
+        prepared.let_go()
 
 
 def test_a_part_of_the_picture_is_cut_from_the_whole(pool):
