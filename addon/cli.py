@@ -154,8 +154,10 @@ def _add_scene_options(parser: argparse.ArgumentParser, seed: str, size: str) ->
         "--frame", type=kinds.integer(-MAX_FRAME, MAX_FRAME), metavar="N", help="the frame of the animation"
     )
     parser.add_argument("--seed", type=kinds.integer(0, core.limits.MAX_SEED), metavar="N", help=seed)
+    limits = core.limits
     for name, text in BOUNCES.items():
-        parser.add_argument(f"--{name}-bounces", type=kinds.integer(0, core.limits.MAX_BOUNCES), metavar="N", help=text)
+        largest = limits.MAX_TRANSPARENT_BOUNCES if name == "transparent" else limits.MAX_BOUNCES
+        parser.add_argument(f"--{name}-bounces", type=kinds.integer(0, largest), metavar="N", help=text)
     parser.add_argument(
         "--clamp-indirect",
         type=_limit,

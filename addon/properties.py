@@ -38,12 +38,12 @@ def _sampler(label: str, description: str) -> EnumProperty:
     )
 
 
-def _bounces(label: str, description: str, default: int) -> IntProperty:
+def _bounces(label: str, description: str, default: int, largest: int = core.limits.MAX_BOUNCES) -> IntProperty:
     return IntProperty(
         name=label,
         description=description,
         min=0,
-        max=core.limits.MAX_BOUNCES,
+        max=largest,
         default=default,
         update=_tag_update,
     )
@@ -166,6 +166,7 @@ class RooksSceneSettings(bpy.types.PropertyGroup):
         "Transparent Bounces",
         "How many transparent surfaces light may pass straight on. They do not count for Max Bounces",
         8,
+        core.limits.MAX_TRANSPARENT_BOUNCES,
     )
     clamp_indirect: FloatProperty(
         name="Clamp Indirect",

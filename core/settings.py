@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from .errors import SettingsError
-from .limits import MAX_BOUNCES, MAX_SAMPLES, MAX_SEED
+from .limits import MAX_BOUNCES, MAX_SAMPLES, MAX_SEED, MAX_TRANSPARENT_BOUNCES
 from .samplers import SAMPLERS
 
 
@@ -59,8 +59,9 @@ class RenderSettings:
                 raise SettingsError(f"unknown sampler {name!r}: choose one of {', '.join(SAMPLERS)}")
         _check_integer("samples", self.samples, 1, MAX_SAMPLES)
         _check_integer("seed", self.seed, 0, MAX_SEED)
-        for kind in ("max", "diffuse", "glossy", "transmission", "transparent"):
+        for kind in ("max", "diffuse", "glossy", "transmission"):
             _check_integer(f"{kind} bounces", getattr(self, f"{kind}_bounces"), 0, MAX_BOUNCES)
+        _check_integer("transparent bounces", self.transparent_bounces, 0, MAX_TRANSPARENT_BOUNCES)
         _check_range("clamp indirect", self.clamp_indirect, 0, float("inf"))
         _check_integer("threads", self.threads, 0, 1024)
         _check_integer("tile size", self.tile_size, 4, 4096)

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from core import Camera, Instance, Material, Mesh, RenderSettings, Scene, SunLight, render
-from core.shaders import Emission, Glass, Transparent
+from core import Camera, Film, Instance, Material, Mesh, RenderSettings, Scene, SunLight, render
+from core.shaders import Emission, Glass, Principled, Shader, Transparent
 from core.values import OBJECT, Component, Math, Value
 from tests.scenes import box, camera_down, floor, lambertian, picture, rotation, sphere, translation
 
@@ -18,23 +18,27 @@ from .case import Record, case
     "A hundred transparent surfaces",
     happens="Foliage or hair of transparent cards turns black somewhere inside, without a word.",
     why="The number of surfaces that a path may pass straight through is limited, in Cycles as well.",
-    rooks="Passes as many as Transparent in Light Paths says, up to 64, camera rays and shadows alike, exactly. Behind "
-    "them it is black, as in Cycles; the samples that see that are counted, and a warning says what to raise.",
+    rooks="Passes as many as Transparent in Light Paths says, up to 256, camera rays and shadows alike, exactly. "
+    "Behind them it is black, as in Cycles; the samples that see that are counted, and a warning says what to raise.",
 )
 def hundred_transparent_surfaces(record: Record) -> None:
-    for count, limit in ((60, 60), (64, 64), (8, 8)):
-        film = _through(count, 0.9, limit)
+    for count, limit in ((100, 100), (256, 256), (8, 8)):
+        film = _through(count, Transparent(0.9), limit)
         error = abs(film.passes["Combined"][..., 0].astype(np.float64) / 0.9**count - 1).max()
         record.claim(
             f"{count} surfaces that let 0.9 pass, limit {limit}: relative error of the light", error, at_most=1e-5
         )
         record.claim(f"{count} surfaces, limit {limit}: samples told as blocked", film.blocked_samples, at_most=0)
+    for label, shader in (("Transparent", Transparent(1.0)), ("Principled", Principled(alpha=0.0))):
+        film = _through(100, shader, 100)
+        light = film.passes["Combined"][..., 0]
+        record.claim(f"100 surfaces of {label}, alpha 0: error of the light", np.abs(light - 1).max(), at_most=0)
     for limit in (8, 64):
-        film = _through(100, 1.0, limit)
+        film = _through(100, Transparent(1.0), limit)
         share = film.blocked_samples / (16 * 4)
         record.claim(f"100 surfaces, limit {limit}: light", film.passes["Combined"][..., 0].max(), at_most=0)
         record.claim(f"100 surfaces, limit {limit}: share of the samples that are told as blocked", share, at_least=1)
-    sheets = _sheets(50, 0.9)
+    sheets = _sheets(50, Transparent(0.9))
     ground = Instance(floor(), materials=(lambertian(1.0),))
     below = camera_down(0.1, (4, 4), height=0.005)
     sun = SunLight((0, 0, 1), (1, 1, 1))
@@ -42,16 +46,16 @@ def hundred_transparent_surfaces(record: Record) -> None:
     record.claim("sun through 50 surfaces: relative error", np.abs(lit / 0.9**50 - 1).max(), at_most=1e-5)
 
 
-def _sheets(count: int, color: float) -> tuple[Instance, ...]:
+def _sheets(count: int, shader: Shader) -> tuple[Instance, ...]:
     """A stack of sheets, a centimetre from each other, the lowest at a height of one."""
-    clear = (Material("", Transparent(color)),)
+    clear = (Material("", shader),)
     return tuple(Instance(floor(10.0, (0, 0, 0.01 * (k + 1))), materials=clear) for k in range(count))
 
 
-def _through(count: int, color: float, limit: int):
+def _through(count: int, shader: Shader, limit: int) -> Film:
     """A glowing floor, seen through a stack."""
     ground = Instance(floor(), materials=(Material("", Emission(1.0), sample_as_light=False),))
-    scene = Scene(camera_down(0.1, (4, 4), height=3.0), (ground, *_sheets(count, color)))
+    scene = Scene(camera_down(0.1, (4, 4), height=4.0), (ground, *_sheets(count, shader)))
     return render(scene, RenderSettings(samples=4, transparent_bounces=limit))
 
 
