@@ -35,6 +35,7 @@ EXCLUDED_PANELS = (
     "MATERIAL_PT_freestyle",
     "NODE_DATA_PT_light",
     "NODE_DATA_PT_spot",
+    "OBJECT_PT_shading",  # light linking
     "RENDER_PT_freestyle",
     "RENDER_PT_gpencil",
     "RENDER_PT_grease_pencil",
@@ -271,6 +272,18 @@ class ROOKS_VIEWLAYER_PT_passes(_RooksPanel, bpy.types.Panel):
         column.prop(view_layer.rooks, "use_pass_denoising_data")
 
 
+class ROOKS_VIEWLAYER_PT_override(_RooksPanel, bpy.types.Panel):
+    bl_label = "Override"
+    bl_context = "view_layer"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        column.prop(context.view_layer, "material_override")
+        if hasattr(context.view_layer, "world_override"):  # from 4.3 on
+            column.prop(context.view_layer, "world_override")
+
+
 class ROOKS_OBJECT_PT_ray_visibility(_RooksPanel, bpy.types.Panel):
     bl_label = "Ray Visibility"
     bl_context = "object"
@@ -315,6 +328,24 @@ class ROOKS_LIGHT_PT_shadow(_RooksPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         self.column().prop(context.light, "use_shadow", text="Cast Shadow")
+
+
+class ROOKS_LIGHT_PT_nodes(_RooksPanel, bpy.types.Panel):
+    bl_label = "Nodes"
+    bl_context = "data"
+    bl_parent_id = "DATA_PT_EEVEE_light"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.light is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        light, column = context.light, self.column()
+        if versions.nodes_are_a_choice(light):
+            column.prop(light, "use_nodes", icon="NODETREE")
+        if versions.uses_nodes(light):
+            _draw_surface(column, light)
 
 
 class ROOKS_MATERIAL_PT_surface(_RooksPanel, bpy.types.Panel):
@@ -386,9 +417,11 @@ CLASSES = (
     ROOKS_RENDER_PT_film,
     ROOKS_RENDER_PT_performance,
     ROOKS_VIEWLAYER_PT_passes,
+    ROOKS_VIEWLAYER_PT_override,
     ROOKS_OBJECT_PT_ray_visibility,
     ROOKS_OBJECT_PT_shadow_terminator,
     ROOKS_LIGHT_PT_shadow,
+    ROOKS_LIGHT_PT_nodes,
     ROOKS_MATERIAL_PT_surface,
     ROOKS_MATERIAL_PT_settings,
     ROOKS_WORLD_PT_preview,
@@ -426,9 +459,13 @@ def _draw_nodes(layout: bpy.types.UILayout, id_block: bpy.types.Material | bpy.t
     """The nodes of a final render's Surface, or the property `color` that stands in for nodes."""
     if versions.nodes_are_a_choice(id_block):
         layout.prop(id_block, "use_nodes", icon="NODETREE")
-    if not versions.uses_nodes(id_block):
+    if versions.uses_nodes(id_block):
+        _draw_surface(layout, id_block)
+    else:
         layout.prop(id_block, color, text="Color")
-        return
+
+
+def _draw_surface(layout: bpy.types.UILayout, id_block: bpy.types.Material | bpy.types.World | bpy.types.Light) -> None:
     output = id_block.node_tree.get_output_node("CYCLES")
     if output is None:
         layout.label(text="No output node")

@@ -111,7 +111,7 @@ def shown_panels() -> set[str]:
 def test_blenders_panels_that_apply_are_there_and_those_that_do_nothing_are_not():
     shown = shown_panels()
     assert {"DATA_PT_EEVEE_light", "DATA_PT_spot", "DATA_PT_camera_dof"} <= shown
-    assert "DATA_PT_light" not in shown
+    assert not {"DATA_PT_light", "OBJECT_PT_shading"} & shown
     assert "RENDER_PT_simplify" not in shown, "it is registered before Sampling, and would stand above it"
     for word in ("freestyle", "gpencil", "grease", "stereo", "hydra"):
         assert not {name for name in shown if word in name.lower()}
@@ -129,6 +129,20 @@ def test_lamps_may_cast_no_shadow():
     bulb = bpy.data.lights.new("Bulb", "POINT")
     assert drawn_by(ui.ROOKS_LIGHT_PT_shadow, light=bulb) == ["use_shadow"]
     assert drawn_by(ui.ROOKS_LIGHT_PT_shadow, light=None) is None
+
+
+def test_nodes_of_a_lamp():
+    bulb = bpy.data.lights.new("Bulb", "POINT")
+    bulb.use_nodes = True
+    choice = ["use_nodes"] if bpy.app.version < (5, 2) else []
+    assert drawn_by(ui.ROOKS_LIGHT_PT_nodes, light=bulb) == [*choice, "ShaderNodeOutputLight Surface"]
+    assert drawn_by(ui.ROOKS_LIGHT_PT_nodes, light=None) is None
+
+
+def test_what_a_view_layer_overrides():
+    world = ["world_override"] if bpy.app.version >= (4, 3) else []
+    layer = bpy.context.view_layer
+    assert drawn_by(ui.ROOKS_VIEWLAYER_PT_override, view_layer=layer) == ["material_override", *world]
 
 
 def test_ray_visibility():
