@@ -192,6 +192,18 @@ def test_every_setting_arrives():
     assert render_settings(scene, (32, 24)).samplers == samplers
 
 
+def test_the_seed_changes_with_the_frame_where_it_is_to():
+    scene = empty_scene()
+    scene.rooks.seed = core.limits.MAX_SEED
+    for animate, seeds in ((False, [core.limits.MAX_SEED] * 2), (True, [2, 3])):
+        scene.rooks.use_animated_seed = animate
+        found = []
+        for frame in (3, 4):
+            scene.frame_set(frame)
+            found.append(render_settings(scene, (32, 24)).seed)
+        assert found == seeds
+
+
 def test_the_defaults_are_those_of_cycles():
     scene = empty_scene()
     ours, cycles = render_settings(scene, (32, 24)), scene.cycles

@@ -22,6 +22,14 @@ def test_a_broken_claim_makes_a_case_wrong(value, bounds):
     assert run(case).verdict == WRONG
 
 
+def test_an_exception_makes_a_case_wrong(capsys):
+    def fail(record: Record) -> None:
+        raise ValueError("nobody thought of this")
+
+    assert run(Case("a", "counts", "A", "", "", "", fail)).verdict == WRONG
+    assert "nobody thought of this" in capsys.readouterr().err
+
+
 def test_a_figure_shows_its_bounds():
     record = Record()
     record.claim("leaks", 0, at_most=0)

@@ -101,7 +101,7 @@ def _whose_crash(trace: str) -> str:
     crashed = [text for kind, text in threads if kind == "Current thread"] or [text for _, text in threads]
     files = [Path(file) for file in re.findall(r'File "(.*?)", line', crashed[-1] if crashed else "")]
     inner = next((file for file in files if file.is_relative_to(ROOT)), ROOT)
-    if inner.parent == ROOT / "core":
+    if inner.is_relative_to(ROOT / "core"):
         return "Rooks crashed"
     is_giving = inner.parent == ROOT / "addon" and inner.name != "blend_files.py"
     return "Blender crashed giving it out" if is_giving else "Blender crashed opening it"

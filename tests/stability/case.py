@@ -7,6 +7,7 @@ words (what happens, why, what Rooks does) stand beside it, and become its row o
 from __future__ import annotations
 
 import time
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -116,8 +117,12 @@ def all_cases() -> list[Case]:
 
 
 def run(case: Case) -> Outcome:
-    """Measure a case. What it raises is a fault of Rooks or of the case, and is not caught."""
+    """Measure a case. What it raises is a fault of Rooks or of the case: it is printed, and makes the case wrong."""
     record, start = Record(), time.perf_counter()
-    case.measure(record)
+    try:
+        case.measure(record)
+    except Exception:
+        traceback.print_exc()
+        record.claim("exceptions", 1, at_most=0)
     assert record.figures, f"{case.name} claims nothing"
     return Outcome(case, record, time.perf_counter() - start)

@@ -77,11 +77,12 @@ def odd_counts(record: Record) -> None:
 )
 def huge_counts(record: Record) -> None:
     """In each axis one point per stratum of 1/n, where a sampler promises that, and all inside of the square."""
-    outside = shared = 0
+    outside = shared = missing = 0
     for name, sampler in SAMPLERS.items():
         for asked in HUGE:
             count = sampler.actual_count(asked)
             points = sampler(1, count, np.random.default_rng(1))[0]
+            missing += abs(count - len(points))
             outside += int((~((points >= 0) & (points < 1))).sum())
             is_net = count & (count - 1) == 0
             axes = {"hammersley": range(1 + is_net), "sobol_owen": range(2 * is_net)}.get(name, range(2))
@@ -89,6 +90,7 @@ def huge_counts(record: Record) -> None:
                 for axis in axes:
                     strata = np.floor(points[:, axis].astype(float) * count).astype(int)
                     shared += count - len(np.unique(strata))
+    record.claim("points more or less than the reported count", missing, at_most=0)
     record.claim("coordinates outside of [0, 1)", outside, at_most=0)
     record.claim("strata of 1/n without a point", shared, at_most=0)
     refusal = ""

@@ -152,6 +152,33 @@ def inward_triangles(record: Record) -> None:
 
 
 @case(
+    "Edges of three faces, and corners that two bodies share",
+    happens="Dark seams where the faces meet, or light inside of a body.",
+    why="What takes a mesh for the border of a body has no inside, or no neighbour, to go by there.",
+    rooks="Looks at triangles one by one: the picture is that of the parts as meshes by themselves, to the bit.",
+)
+def meshes_that_are_no_manifolds(record: Record) -> None:
+    """Three leaves on one edge, and two pyramids tip to tip, under a sun."""
+    edge = [(0.0, -1.0, 0.0), (0.0, 1.0, 0.0)]
+    tips = [(math.cos(a), y, math.sin(a)) for a in (0.3, 2.4, 4.5) for y in (-1.0, 1.0)]
+    leaves = [[(0, 2 * k + 2, 2 * k + 3), (0, 2 * k + 3, 1)] for k in range(3)]
+    tip = [(0.0, 0.0, 0.0)]
+    bases = [(x, y, z) for z in (0.8, -0.8) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    cones = [[(0, 1 + k + i, 1 + k + (i + 1) % 4) for i in range(4)] for k in (0, 4)]
+    sun = SunLight((0.5, 0.2, 1), (1.0,) * 3)
+    for label, vertices, parts in (("leaves", edge + tips, leaves), ("pyramids", tip + bases, cones)):
+        corners = np.array(vertices, np.float32)
+        whole = Mesh("", corners, np.array([triangle for part in parts for triangle in part], np.int32))
+        apart = [Mesh("", corners, np.array(part, np.int32)) for part in parts]
+        camera = camera_down(2.4, (48, 48), height=3)
+        pictures = [
+            picture(Scene(camera, tuple(Instance(mesh) for mesh in meshes), (sun,))) for meshes in ([whole], apart)
+        ]
+        record.claim(f"{label}: pixels that differ", (pictures[0] != pictures[1]).any(axis=-1).sum(), at_most=0)
+        record.claim(f"{label}: mean of the picture", pictures[0].mean(), at_least=0.02)
+
+
+@case(
     "Rays along a surface",
     happens="A ground that is black, or speckled, towards the horizon or at sunset.",
     why="A ray at 10⁻⁶ rad to the ground stays within a rounding error of it for metres.",
