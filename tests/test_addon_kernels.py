@@ -22,6 +22,7 @@ addon.register()
 heavy = {"addon" + name for name in kernels._MODULES} | {"core.integrator"}
 assert not heavy & set(sys.modules), "registering alone loads what can wait"
 kernels.start_loading()
+kernels._loader.join()  # to its end, however long: stop() does not wait for that
 kernels.stop()
 assert heavy <= set(sys.modules), "modules are not loaded"
 from core.integrator import render_blocks
