@@ -317,28 +317,27 @@ class ROOKS_OBJECT_PT_shadow_terminator(_RooksPanel, bpy.types.Panel):
         self.column().prop(owner, "shadow_terminator_geometry_offset", text="Geometry Offset")
 
 
-class ROOKS_LIGHT_PT_shadow(_RooksPanel, bpy.types.Panel):
-    bl_label = "Shadow"
+class _LightPanel(_RooksPanel):
+    """A part of the panel of a lamp."""
+
     bl_context = "data"
     bl_parent_id = "DATA_PT_EEVEE_light"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return super().poll(context) and context.light is not None
+
+
+class ROOKS_LIGHT_PT_shadow(_LightPanel, bpy.types.Panel):
+    bl_label = "Shadow"
 
     def draw(self, context: bpy.types.Context) -> None:
         self.column().prop(context.light, "use_shadow", text="Cast Shadow")
 
 
-class ROOKS_LIGHT_PT_nodes(_RooksPanel, bpy.types.Panel):
+class ROOKS_LIGHT_PT_nodes(_LightPanel, bpy.types.Panel):
     bl_label = "Nodes"
-    bl_context = "data"
-    bl_parent_id = "DATA_PT_EEVEE_light"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and context.light is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         light, column = context.light, self.column()
