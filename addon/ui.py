@@ -280,8 +280,7 @@ class ROOKS_VIEWLAYER_PT_override(_RooksPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
         column.prop(context.view_layer, "material_override")
-        if hasattr(context.view_layer, "world_override"):  # from 4.3 on
-            column.prop(context.view_layer, "world_override")
+        column.prop(context.view_layer, "world_override")
 
 
 class ROOKS_OBJECT_PT_ray_visibility(_RooksPanel, bpy.types.Panel):

@@ -51,12 +51,6 @@ def path_options() -> set[str]:
     return {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()
 
 
-def world_of(depsgraph: bpy.types.Depsgraph) -> bpy.types.World | None:
-    """The scene's world, or the one that a view layer puts in its place (a choice from 4.3 on)."""
-    override = getattr(depsgraph.view_layer_eval, "world_override", None)
-    return override or depsgraph.scene_eval.world
-
-
 def is_looked_up(socket: bpy.types.NodeSocket | None, texture: bpy.types.Node) -> bool:
     """Whether a texture looks up the value of the unlinked socket that feeds its Vector.
 

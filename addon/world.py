@@ -16,7 +16,7 @@ from .values import Value, ValueReader
 
 def export_world(depsgraph: bpy.types.Depsgraph, images: Images) -> tuple[Value, list[str]]:
     """The radiance of the background, in W/(m² sr), and warnings about what was left out."""
-    world = versions.world_of(depsgraph)
+    world = depsgraph.view_layer_eval.world_override or depsgraph.scene_eval.world
     if world is None:
         return BLACK, []
     if not versions.uses_nodes(world):

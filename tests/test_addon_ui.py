@@ -140,9 +140,8 @@ def test_nodes_of_a_lamp():
 
 
 def test_what_a_view_layer_overrides():
-    world = ["world_override"] if bpy.app.version >= (4, 3) else []
     layer = bpy.context.view_layer
-    assert drawn_by(ui.ROOKS_VIEWLAYER_PT_override, view_layer=layer) == ["material_override", *world]
+    assert drawn_by(ui.ROOKS_VIEWLAYER_PT_override, view_layer=layer) == ["material_override", "world_override"]
 
 
 def test_ray_visibility():
