@@ -6,27 +6,35 @@ BLENDER [ARG...] is the command that starts Blender, in this folder and with the
 take REAL_BLENDER_HOME as the user's home, so that nothing is left behind.
 """
 
-import os
 import re
 import statistics
 import subprocess
 import sys
-import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import OpenEXR
+from blender_runs import EXTENSION, ONE_FRAME, ROOT, SCENE, Blender, CheckError, try_zip
+from lifetime import comes_after_an_older_version, goes, keeps_its_kernels
 
-ROOT = Path(__file__).parents[1]
-SCENE = "sample_scenes/still_life.blend"
-EXTENSION = "bl_ext.user_default.rooks"
 ENABLING_MAY_TAKE_MS = 50
 STARTS = 5
-ONE_FRAME = ("--render-frame", "1")
 TWO_FRAMES = ("--frame-start", "1", "--frame-end", "2", "--render-anim")
 
-QUICK = "s = bpy.context.scene; s.render.resolution_percentage = 25; s.rooks.samples = 4"
+#: Ways in which Rooks cannot render for want of something: what brings them about, and what it says.
+FAILURES = {
+    "no embreex": ("import sys; sys.modules['embreex'] = None", "embreex is not installed"),
+    "no numba": ("import sys; sys.modules['numba'] = None", "numba"),
+    "no place for kernels": (
+        "import os, tempfile; os.environ['ROOKS_CACHE_DIR'] = tempfile.tempdir = '/proc/none'",
+        "compiled kernels can be kept neither in",
+    ),
+    "an unfit processor": (
+        f"import {EXTENSION}.core.embree as e; e.load_library().rtcNewDevice = lambda _: None",
+        "Embree cannot start on this processor",
+    ),
+}
+
 TIME_ENABLING = f"""
 import addon_utils, sys, time
 loaded, before = set(sys.modules), time.perf_counter()
@@ -46,76 +54,18 @@ print("in German:", ", ".join((progress.sample_text(settings), progress.sampler_
 """
 
 
-class CheckError(Exception):
-    """A check that did not hold: its text says which."""
-
-
-class Blender:
-    """A Blender that is started anew for every call, with a user folder of its own."""
-
-    def __init__(self, command: list[str], home: Path) -> None:
-        self.command = command
-        self.environment = os.environ | {"REAL_BLENDER_HOME": str(home), "ROOKS_CACHE_DIR": str(home / "kernels")}
-
-    def start(self, *arguments: str) -> tuple[int, str]:
-        """Run Blender to its end, and return its exit code and all that it printed."""
-        result = subprocess.run(
-            [*self.command, *arguments],
-            cwd=ROOT,
-            env=self.environment,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=600,
-        )
-        return result.returncode, result.stdout
-
-    def succeed(self, *arguments: str) -> str:
-        """Run Blender, which must exit with 0, and return all that it printed."""
-        code, printed = self.start(*arguments)
-        if code:
-            raise CheckError(f"blender {' '.join(arguments)}\nexited with {code}:\n{printed}")
-        return printed
-
-    def render(self, output: Path, change: str = "", frames: tuple[str, ...] = ONE_FRAME) -> tuple[int, str]:
-        """Render the sample scene, small, after running `change` on the scene `s`."""
-        prepare = ("--python-exit-code", "9", "--python-expr", f"import bpy; {QUICK}; {change}")
-        place = ("--render-output", str(output), "--render-format", "OPEN_EXR")
-        return self.start("--background", SCENE, "--engine", "ROOKS", *prepare, *place, *frames)
-
-
-def try_zip(check: Callable[[Blender, Path], None]) -> None:
-    """Install the zip that the command line names, and run a check; exit with 1 and a text where one fails."""
-    zip_file, *command = sys.argv[1:]
-    with tempfile.TemporaryDirectory(prefix="rooks-") as folder:
-        home = Path(folder)
-        blender = Blender(command, home)
-        try:
-            installs(blender, zip_file)
-            check(blender, home)
-        except CheckError as failure:
-            sys.exit(f"FAILED: {failure}")
-
-
-def without_window(blender: Blender, home: Path) -> None:
+def without_window(blender: Blender, home: Path, zip_file: str) -> None:
     """All that needs no window."""
+    comes_after_an_older_version(blender, home, zip_file)
     renders(blender, home)
+    keeps_its_kernels(home)
     refuses(blender, home)
+    fails(blender, home)
     renders_by_command(blender, home)
     compares(blender, home)
     speaks_german(blender)
     starts_quickly(blender)
-
-
-def installs(blender: Blender, zip_file: str) -> None:
-    """The zip is valid, and can be installed and enabled."""
-    blender.succeed("--command", "extension", "validate", zip_file)
-    blender.succeed("--command", "extension", "install-file", "--repo", "user_default", "--enable", zip_file)
-    listed = blender.succeed("--command", "extension", "list")
-    if not re.search(r"^\s*rooks\b.*\[installed\]", listed, re.MULTILINE):
-        raise CheckError(f"the extension was installed, but is not listed:\n{listed}")
-    print("ok: valid, installed, enabled", flush=True)
+    goes(blender, home)
 
 
 def renders(blender: Blender, home: Path) -> None:
@@ -161,6 +111,19 @@ def refuses(blender: Blender, home: Path) -> None:
         if written := [path.name for path in home.glob(f"{name}_*")]:
             raise CheckError(f"a scene with {name} wrote {', '.join(written)}:\n{printed}")
     print("ok: exits with an error and writes nothing without a camera, and with a panoramic one", flush=True)
+
+
+def fails(blender: Blender, home: Path) -> None:
+    """Without what it needs, Blender starts, and the render exits with an error, says what is wrong in a line, and
+    writes nothing."""
+    for name, (change, says) in FAILURES.items():
+        code, printed = blender.render(home / f"{name}_", change)
+        lines = [line for line in printed.splitlines() if says in line]
+        if code == 0 or not lines or "Traceback" in printed:
+            raise CheckError(f"with {name} Blender does not say clearly what is wrong, exit code {code}:\n{printed}")
+        if written := [path.name for path in home.glob(f"{name}_*")]:
+            raise CheckError(f"with {name} a render wrote {', '.join(written)}:\n{printed}")
+    print(f"ok: says what is wrong with {', '.join(FAILURES)}", flush=True)
 
 
 def renders_by_command(blender: Blender, home: Path) -> None:

@@ -17,10 +17,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from blender_runs import ROOT, SCENE, Blender, CheckError, installs, try_zip
 from PIL import Image
-from real_blender import SCENE, Blender, CheckError, try_zip
 
-ROOT = Path(__file__).parents[1]
 SCRIPT = Path(__file__).with_name("window_script.py")
 GEOMETRY = "1600x1000x24"
 
@@ -66,8 +65,9 @@ class Visit:
         return self.all(name)[0]
 
 
-def with_window(blender: Blender, home: Path) -> None:
+def with_window(blender: Blender, home: Path, zip_file: str) -> None:
     """All that needs a window."""
+    installs(blender, zip_file)
     # The splash screen would take the keys.
     set_up = "import bpy; bpy.context.preferences.view.show_splash = False; bpy.ops.wm.save_userpref()"
     blender.succeed("--background", "--python-expr", set_up)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -63,12 +64,16 @@ def choose_drawing_folder() -> None:
 
 
 def _choose_folder(variable: str, name: str) -> None:
+    if folder := _own_folder(name):
+        os.environ.setdefault(variable, folder)
+
+
+def _own_folder(name: str) -> str:
+    """A folder within the one that Blender has for the files of an installed extension; empty where it is none."""
     extension = __package__.rpartition(".")[0]
     if not extension.startswith("bl_ext."):
-        return
-    folder = bpy.utils.extension_path_user(extension, path=name, create=False)
-    if folder:
-        os.environ.setdefault(variable, folder)
+        return ""
+    return bpy.utils.extension_path_user(extension, path=name, create=False)
 
 
 def start_compiling() -> None:
@@ -81,7 +86,17 @@ def start_compiling() -> None:
     choose_cache_folder()
     with _lock:
         if _process is None and not core.kernel_cache.are_compiled() and Path(sys.executable or "").is_file():
+            _remove_older_kernels()
             _process = _start()
+
+
+def _remove_older_kernels() -> None:
+    """After an upgrade, take away the other version's, which nobody else uses."""
+    kept = core.kernel_cache.cache_folder()
+    if str(kept.parent) == _own_folder("kernels"):
+        for folder in kept.parent.iterdir():
+            if folder != kept:
+                shutil.rmtree(folder, ignore_errors=True)
 
 
 def _start() -> subprocess.Popen:

@@ -21,7 +21,7 @@ PLACE = ROOT / "docs" / "images" / "window"
 SCRIPT = Path(__file__).with_name("screenshots_script.py")
 sys.path.insert(0, str(ROOT / ".ci"))
 
-import real_blender  # noqa: E402
+import blender_runs  # noqa: E402
 import window  # noqa: E402
 
 GEOMETRY = "1600x1400x24"  # room for a window in which all panels are seen
@@ -33,12 +33,12 @@ def main() -> None:
     """Install the extension for a user of its own, and take all screenshots."""
     folder, zip_file, *command = sys.argv[1:]
     with tempfile.TemporaryDirectory(prefix="rooks-") as home:
-        blender = real_blender.Blender(command, Path(home))
-        real_blender.installs(blender, zip_file)
+        blender = blender_runs.Blender(command, Path(home))
+        blender_runs.installs(blender, zip_file)
         take(blender, Path(home), PLACE / folder)
 
 
-def take(blender: real_blender.Blender, home: Path, place: Path) -> None:
+def take(blender: blender_runs.Blender, home: Path, place: Path) -> None:
     """Let the script take its pictures, and keep of each what it marks."""
     set_up = "import bpy; bpy.context.preferences.view.show_splash = False; bpy.ops.wm.save_userpref()"
     blender.succeed("--background", "--python-expr", set_up)
