@@ -22,7 +22,7 @@ EXTENSION = "bl_ext.user_default.rooks"
 SCENES = Path(__file__).parents[1] / "sample_scenes"
 
 #: F12 by its code on the X server: by its name, xdotool presses Alt as well on some.
-KEYS = {"F12": "96", "Escape": "Escape", "undo": "ctrl+z", "redo": "ctrl+shift+z"}
+KEYS = {"F12": "96", "animation": "ctrl+96", "Escape": "Escape", "undo": "ctrl+z", "redo": "ctrl+shift+z"}
 
 TICK = 0.01  # seconds, the shortest wait: also how finely a wait of the main thread is seen
 
@@ -162,11 +162,11 @@ def usage() -> tuple[list[str], int, float]:
     return names, len(list(Path("/proc/self/task").iterdir())), pages * 4096 / 1e6
 
 
-def rendered(during: Callable[[], Steps | None]) -> Steps:
-    """Press F12, do something meanwhile, and wait for the end; returns the seconds that it took."""
+def rendered(during: Callable[[], Steps | None], key: str = "F12") -> Steps:
+    """Press F12 or another key that renders, do something meanwhile, and wait for the end. Returns the seconds."""
     yield from enter()
     start = time.perf_counter()
-    yield from started_render()
+    yield from started_render(key)
     yield from during() or ()
     yield from wait_for(lambda: not bpy.app.is_job_running("RENDER"), 30.0, lambda: "the end of the render")
     seconds = time.perf_counter() - start
@@ -174,11 +174,11 @@ def rendered(during: Callable[[], Steps | None]) -> Steps:
     return seconds
 
 
-def started_render() -> Steps:
+def started_render(key: str = "F12") -> Steps:
     starts: list[bool] = []
     bpy.app.handlers.render_pre.append(lambda *_: starts.append(True))
-    press("F12")
-    yield from wait_for(lambda: bool(starts), 5.0, lambda: "a render to start after F12 was pressed")
+    press(key)
+    yield from wait_for(lambda: bool(starts), 5.0, lambda: f"a render to start: {key} was pressed")
     bpy.app.handlers.render_pre.clear()
 
 
@@ -190,12 +190,16 @@ def close_other_windows() -> Steps:
     yield 0.2
 
 
-def save_render(name: str) -> str:
-    path = folder / name
+def choose_png() -> None:
     image = bpy.context.scene.render.image_settings
     if hasattr(image, "media_type"):  # Blender 5.0 and later
         image.media_type = "IMAGE"
     image.file_format, image.color_mode = "PNG", "RGBA"
+
+
+def save_render(name: str) -> str:
+    path = folder / name
+    choose_png()
     bpy.data.images["Render Result"].save_render(str(path))
     return str(path)
 

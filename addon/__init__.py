@@ -24,7 +24,7 @@ def register() -> None:
         return
     import bpy
 
-    from . import compare_operators, engine, handlers, presets, properties, translations, ui
+    from . import blender_panels, compare_operators, engine, handlers, presets, properties, translations, ui
 
     translations.register()
     properties.register()
@@ -32,6 +32,7 @@ def register() -> None:
     compare_operators.register()
     presets.register()
     ui.register()
+    blender_panels.register()
     handlers.register()
     _command = bpy.utils.register_cli_command("rooks", _run_command)
     _registered = True
@@ -48,10 +49,11 @@ def unregister() -> None:
     atexit.unregister(unregister)
     import bpy
 
-    from . import compare_operators, engine, handlers, presets, properties, translations, ui
+    from . import blender_panels, compare_operators, engine, handlers, presets, properties, translations, ui
 
     bpy.utils.unregister_cli_command(_command)
     handlers.unregister()
+    blender_panels.unregister()
     ui.unregister()
     presets.unregister()
     compare_operators.unregister()

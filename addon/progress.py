@@ -40,7 +40,8 @@ class Progress:
         if self._tile is None:
             return self.intention
         done, total = self._tile.done, self._tile.total
-        parts = [self.intention, iface_("{done} of {total} tiles").format(done=done, total=total)]
+        memory = iface_("{megabytes:.0f} MB").format(megabytes=self._tile.memory / 1e6)
+        parts = [self.intention, memory, iface_("{done} of {total} tiles").format(done=done, total=total)]
         seconds = time.monotonic() - self._started
         if self._pixels > 0 and seconds > 0:
             left = clock_text(seconds / (done - 1) * (total - done))

@@ -28,12 +28,14 @@ _PANELS = {
     "{count} asked for": "{count} verlangt",
     "{sampler} takes {count} samples": "{sampler} nimmt {count} Abtastwerte",
     "Together they take {count} samples": "Zusammen nehmen sie {count} Abtastwerte",
+    "In the viewport: {count} samples": "In der Ansicht: {count} Abtastwerte",
 }
 _STATUS = {
     "Reading the scene": "Szene wird gelesen",
     "Loading the renderer": "Renderer wird geladen",
     "Preparing the scene": "Szene wird vorbereitet",
     "Compiling kernels, first render only: {share:.0%}": "Kernel werden übersetzt, nur beim ersten Mal: {share:.0%}",
+    "{megabytes:.0f} MB": "{megabytes:.0f} MB",
     "{done} of {total} tiles": "{done} von {total} Kacheln",
     "{done} of {total} samples": "{done} von {total} Abtastwerten",
     "{millions:.1f} million samples/s": "{millions:.1f} Millionen Abtastwerte/s",

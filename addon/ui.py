@@ -1,4 +1,4 @@
-"""Panels: where a Blender user looks for sampling, film, threads and passes, and Blender's own panels that apply."""
+"""Panels: where a Blender user looks for sampling, film, threads and passes."""
 
 from __future__ import annotations
 
@@ -28,37 +28,6 @@ RAYS = {
 }
 #: A lamp is neither seen by the camera nor in the way of other lamps.
 LAMP_RAYS = ("diffuse", "glossy", "transmission")
-
-#: Panels for "every engine" that show what Rooks does not do, by how their names begin.
-EXCLUDED_PANELS = (
-    "DATA_PT_camera_stereoscopy",
-    "MATERIAL_PT_freestyle",
-    "NODE_DATA_PT_light",
-    "NODE_DATA_PT_spot",
-    "OBJECT_PT_shading",  # light linking
-    "RENDER_PT_freestyle",
-    "RENDER_PT_gpencil",
-    "RENDER_PT_grease_pencil",
-    "RENDER_PT_hydra",
-    "RENDER_PT_output_views",
-    "RENDER_PT_simplify",  # it would stand above Sampling: there is one of our own
-    "RENDER_PT_stereoscopy",
-    "VIEWLAYER_PT_filter",
-    "VIEWLAYER_PT_freestyle",
-    "VIEWLAYER_PT_layer_passes",
-)
-#: And one that is Workbench's: its lamps have a colour only.
-EXCLUDED_PANEL = "DATA_PT_light"
-
-#: Panels of other engines that fit. Some exist in some versions of Blender only.
-BORROWED_PANELS = (
-    "DATA_PT_EEVEE_light",
-    "DATA_PT_camera_dof",
-    "DATA_PT_camera_dof_aperture",
-    "EEVEE_MATERIAL_PT_context_material",
-    "MATERIAL_PT_preview",
-    "VIEWLAYER_PT_layer_passes",
-)
 
 
 class _RooksPanel:
@@ -346,26 +315,25 @@ class ROOKS_LIGHT_PT_nodes(_LightPanel, bpy.types.Panel):
             _draw_surface(column, light)
 
 
-class ROOKS_MATERIAL_PT_surface(_RooksPanel, bpy.types.Panel):
-    bl_label = "Surface"
+class _MaterialPanel(_RooksPanel):
     bl_context = "material"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and _has_surface(context.material)
+        material = context.material
+        return super().poll(context) and material is not None and material.grease_pencil is None
+
+
+class ROOKS_MATERIAL_PT_surface(_MaterialPanel, bpy.types.Panel):
+    bl_label = "Surface"
 
     def draw(self, context: bpy.types.Context) -> None:
         _draw_nodes(self.column(), context.material, "diffuse_color")
 
 
-class ROOKS_MATERIAL_PT_settings(_RooksPanel, bpy.types.Panel):
+class ROOKS_MATERIAL_PT_settings(_MaterialPanel, bpy.types.Panel):
     bl_label = "Settings"
-    bl_context = "material"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and _has_surface(context.material)
 
     def draw(self, context: bpy.types.Context) -> None:
         material = context.material
@@ -376,26 +344,24 @@ class ROOKS_MATERIAL_PT_settings(_RooksPanel, bpy.types.Panel):
             column.prop(material.cycles, "emission_sampling")
 
 
-class ROOKS_WORLD_PT_preview(_RooksPanel, bpy.types.Panel):
-    bl_label = "Preview"
+class _WorldPanel(_RooksPanel):
     bl_context = "world"
-    bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return super().poll(context) and context.world is not None
+
+
+class ROOKS_WORLD_PT_preview(_WorldPanel, bpy.types.Panel):
+    bl_label = "Preview"
+    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.template_preview(context.world)
 
 
-class ROOKS_WORLD_PT_surface(_RooksPanel, bpy.types.Panel):
+class ROOKS_WORLD_PT_surface(_WorldPanel, bpy.types.Panel):
     bl_label = "Surface"
-    bl_context = "world"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and context.world is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         _draw_nodes(self.column(), context.world, "color")
@@ -428,14 +394,17 @@ CLASSES = (
 
 
 def sample_count_lines(rooks: bpy.types.PropertyGroup) -> list[str]:
-    """What the user is told where another count than the one asked for is taken."""
-    asked, names = rooks.samples, set(sampling(rooks).values())
+    """What the user is told where other counts than those asked for are taken."""
+    lines, names = [], set(sampling(rooks).values())
     taken = _sampling_settings(rooks).sample_count
-    if taken == asked:
-        return []
-    if len(names) > 1:
-        return [iface_("Together they take {count} samples").format(count=taken)]
-    return [iface_("{sampler} takes {count} samples").format(sampler=sampler_label(names.pop()), count=taken)]
+    if taken != rooks.samples and len(names) > 1:
+        lines.append(iface_("Together they take {count} samples").format(count=taken))
+    elif taken != rooks.samples:
+        lines.append(iface_("{sampler} takes {count} samples").format(sampler=sampler_label(names.pop()), count=taken))
+    in_viewport = core.settings.RenderSettings(samples=rooks.preview_samples, **sampling(rooks)).sample_count
+    if in_viewport != rooks.preview_samples:
+        lines.append(iface_("In the viewport: {count} samples").format(count=in_viewport))
+    return lines
 
 
 def _sampling_settings(rooks: bpy.types.PropertyGroup) -> core.settings.RenderSettings:
@@ -447,10 +416,6 @@ def point_text(count: int, shown: int) -> str:
     if shown != count:
         return iface_("{count} points; shown: a set of {shown}").format(count=count, shown=shown)
     return iface_("1 point") if count == 1 else iface_("{count} points").format(count=count)
-
-
-def _has_surface(material: bpy.types.Material | None) -> bool:
-    return material is not None and material.grease_pencil is None
 
 
 def _draw_nodes(layout: bpy.types.UILayout, id_block: bpy.types.Material | bpy.types.World, color: str) -> None:
@@ -485,9 +450,6 @@ def _draw_verdicts(layout: bpy.types.UILayout, criteria: core.samplers.Criteria)
 
 
 def register() -> None:
-    for panel in _blender_panels():
-        # Panels share one set of engines among them; each gets a copy, so that no other panel appears with it.
-        panel.COMPAT_ENGINES = {*panel.COMPAT_ENGINES, ENGINE_ID}
     for cls in CLASSES:
         bpy.utils.register_class(cls)
 
@@ -496,18 +458,3 @@ def unregister() -> None:
     pattern_plot.forget()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
-    for panel in bpy.types.Panel.__subclasses__():
-        if panel not in CLASSES and ENGINE_ID in getattr(panel, "COMPAT_ENGINES", ()):
-            panel.COMPAT_ENGINES.discard(ENGINE_ID)
-
-
-def _blender_panels() -> list[type]:
-    general = [
-        panel
-        for panel in bpy.types.Panel.__subclasses__()
-        if "BLENDER_RENDER" in getattr(panel, "COMPAT_ENGINES", ())
-        and panel.__name__ != EXCLUDED_PANEL
-        and not panel.__name__.startswith(EXCLUDED_PANELS)
-    ]
-    borrowed = [getattr(bpy.types, name) for name in BORROWED_PANELS if hasattr(bpy.types, name)]
-    return list(dict.fromkeys(general + borrowed))

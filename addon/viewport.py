@@ -62,10 +62,15 @@ class Viewport:
         is_shown: Callable[[bpy.types.Object], bool],
     ) -> bool:
         """Whether the scene may look other than at the last export. Selecting something changes nothing."""
-        scene = depsgraph.scene_eval
-        names = (getattr(block, "name_full", None) for block in (scene.camera, scene.world))
-        # Hiding an object, and local view, tell no more than that the scene has changed.
-        shown = frozenset(obj.name_full for obj in depsgraph.objects if is_shown(obj.original))
+        scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+        blocks = scene.camera, scene.world, layer.material_override, layer.world_override
+        names = (getattr(block, "name_full", None) for block in blocks)
+        # Hiding an object, local view, and Indirect Only tell no more than that the scene has changed.
+        shown = frozenset(
+            (obj.name_full, obj.original.indirect_only_get(view_layer=depsgraph.view_layer))
+            for obj in depsgraph.objects
+            if is_shown(obj.original)
+        )
         before, self._exported = self._exported, (settings, scene.frame_current, shown, *names)
         only_scene = all(
             isinstance(update.id, bpy.types.Scene)

@@ -35,7 +35,10 @@ POLL = 0.02
 
 @dataclass(frozen=True)
 class Tile:
-    """A finished part of the picture: `passes` as in `Film`, `x` and `y` its lower left pixel in the full frame."""
+    """A finished part of the picture: `passes` as in `Film`, `x` and `y` its lower left pixel in the full frame.
+
+    It is number `done` of `total`, of a render that takes `memory` bytes beside its picture.
+    """
 
     x: int
     y: int
@@ -44,6 +47,7 @@ class Tile:
     passes: dict[str, np.ndarray]
     done: int
     total: int
+    memory: int
 
 
 def render(
@@ -225,4 +229,4 @@ def _deliver(
     film.finished_pixels += (right - left) * (top - bottom)
     if on_tile is not None:
         tile = {name: np.ascontiguousarray(values) for name, values in passes.items()}
-        on_tile(Tile(left, bottom, right - left, top - bottom, tile, done, total))
+        on_tile(Tile(left, bottom, right - left, top - bottom, tile, done, total, film.memory))

@@ -22,7 +22,7 @@ SCRIPT = Path(__file__).with_name("screenshots_script.py")
 sys.path.insert(0, str(ROOT / ".ci"))
 
 import blender_runs  # noqa: E402
-import window  # noqa: E402
+import window_visits  # noqa: E402
 
 GEOMETRY = "1600x1400x24"  # room for a window in which all panels are seen
 TAKES = 580.0  # seconds at most, with kernels to be compiled
@@ -44,7 +44,7 @@ def take(blender: blender_runs.Blender, home: Path, place: Path) -> None:
     blender.succeed("--background", "--python-expr", set_up)
     notes_file = home / "screenshots.json"
     notes_file.write_text("")
-    server, blender.environment["DISPLAY"] = window.start_screen(blender, GEOMETRY)
+    server, blender.environment["DISPLAY"] = window_visits.start_screen(blender, GEOMETRY)
     try:
         subprocess.run(
             [*blender.command, "--python", str(SCRIPT), "--", str(notes_file), str(home)],

@@ -239,6 +239,8 @@ def test_the_count_that_is_really_taken_is_shown(sampler, lens, asked, line):
     rooks.pixel_sampler = rooks.light_sampler = rooks.bsdf_sampler = sampler
     rooks.lens_sampler = lens or sampler
     assert sample_count_lines(rooks) == line
+    rooks.preview_samples = asked
+    assert sample_count_lines(rooks) == [*line, *(["In the viewport: 20 samples"] if line else [])]
 
 
 def test_without_a_camera_an_error_and_the_next_render_is_right(scene, tmp_path):

@@ -21,7 +21,7 @@ def test_times_are_read_as_on_a_clock(seconds, text):
 
 
 def tile(done: int, total: int) -> core.Tile:
-    return core.Tile(0, 0, 64, 64, {}, done, total)
+    return core.Tile(0, 0, 64, 64, {}, done, total, memory=12_300_000)
 
 
 def test_after_two_tiles_speed_and_what_is_left_are_known(monkeypatch):
@@ -30,7 +30,7 @@ def test_after_two_tiles_speed_and_what_is_left_are_known(monkeypatch):
     told = Progress(SETTINGS)
     assert told.text == "N-Rooks, 16 samples per pixel"
     told.add(tile(1, 11))
-    assert told.text == "N-Rooks, 16 samples per pixel, 1 of 11 tiles"
+    assert told.text == "N-Rooks, 16 samples per pixel, 12 MB, 1 of 11 tiles"
     now[0] += 2.0
     told.add(tile(3, 11))
     # One tile of 64 × 64 pixels is known to have taken part of these seconds; two are done since the first.

@@ -105,7 +105,7 @@ def test_status_lines_are_translated(translate):
         told = progress.Progress(core.RenderSettings(**options))
         texts += [told.text, told.finished(film)]
         for done in (1, 2, 3):
-            told.add(core.Tile(0, 0, 64, 64, {}, done, 9))
+            told.add(core.Tile(0, 0, 64, 64, {}, done, 9, 12_300_000))
             texts.append(told.text)
     for is_cancelled in (False, True):
         worker = SimpleNamespace(share=0.25, doing="Loading the renderer", is_cancelled=is_cancelled)
