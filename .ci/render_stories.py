@@ -135,7 +135,7 @@ def quits_compiling() -> Steps:
     ends: list[float] = []
     bpy.app.handlers.render_cancel.append(lambda *_: ends.append(time.perf_counter()))
     yield from window.started_render()
-    yield 1.0
+    yield 3.0
     pressed = time.perf_counter()
     window.press("Escape")
     yield from window.wait_for(lambda: bool(ends), 20.0, lambda: "Escape to end a render that waits for kernels")

@@ -7,7 +7,7 @@ from window_visits import Visit, read
 WINDOW_WAITS = 1.0  # seconds, the longest while that the main thread may be kept from its work
 PICTURES_PER_SECOND = 10  # while the view is turned: the aim
 AT_LEAST_PER_SECOND = 5  # with OpenGL in software, which takes a core of its own
-COLORS_OFF = 2  # of 255: half-precision floats in the view, dithering in what is saved
+COLORS_OFF = 4  # of 255: half-precision floats in the view, and view transforms on the GPU and the CPU differ
 EXTRA_THREADS = 2
 EXTRA_MEGABYTES = 60
 

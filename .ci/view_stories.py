@@ -103,7 +103,7 @@ def changes() -> Steps:
         ("the seed", lambda: setattr(window.settings(), "seed", 7)),
         ("the bounces", lambda: setattr(window.settings(), "max_bounces", 1)),
         ("the clamp", lambda: setattr(window.settings(), "clamp_indirect", 0.01)),
-        ("the filter", lambda: setattr(window.settings(), "pixel_filter", "BOX")),
+        ("the filter", lambda: setattr(window.settings(), "pixel_filter", "BLACKMAN_HARRIS")),
         ("the film", lambda: setattr(scene.render, "film_transparent", True)),
         ("what is seen indirectly only", lambda: indirect_only(True)),
         ("what is seen directly too", lambda: indirect_only(False)),
