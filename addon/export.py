@@ -20,7 +20,7 @@ from ._core import core
 from .kept import Kept, KeptMesh
 from .lights import export_light, linking_problems, surface_visibility
 from .materials import ExportedMaterial, MaterialExporter
-from .meshes import add_needed, export_mesh, lost_uvs, warnings_of
+from .meshes import add_needed, export_mesh, lost_normals, lost_numbers, warnings_of
 from .world import export_world
 
 #: Kinds of object that Blender renders and that are not turned into meshes.
@@ -160,7 +160,9 @@ class _Walk:
         # In Edit Mode the data block has no arrays yet.
         mesh = obj.to_mesh() if obj.data.is_editmode else obj.data
         if mesh_key not in self._kept.meshes:
-            self._kept.meshes[mesh_key] = KeptMesh(export_mesh(mesh, obj.name), is_own=is_own)
+            exported = export_mesh(mesh, obj.name)
+            self._kept.meshes[mesh_key] = KeptMesh(exported, is_own=is_own)
+            self.warnings += [] if exported is None else lost_normals(mesh, exported)
         self._met.add(mesh_key)
         if self._kept.meshes[mesh_key].mesh is None:
             # A mesh that only carries instances or particles is empty on purpose.
@@ -209,7 +211,7 @@ class _Walk:
             needs |= slot.needs
         if needs != kept.needs:
             kept.mesh, kept.needs = add_needed(kept.mesh, mesh, needs), needs
-            self.warnings += warnings_of(mesh, needs) + lost_uvs(mesh, kept.mesh.uvs)
+            self.warnings += warnings_of(mesh, needs) + lost_numbers(mesh, kept.mesh, needs)
 
     def _parent_visibility(self, parent: bpy.types.Object | None) -> int:
         """What an instancer's own visibility leaves of that of its instances."""

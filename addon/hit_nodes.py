@@ -97,7 +97,8 @@ def read_bump(reader: ValueReader, source: Source) -> Value:
 
 
 def read_fresnel(reader: ValueReader, source: Source) -> Value:
-    return values.Fresnel(reader.input(source, "IOR"), reader.normal(source))
+    index = reader.limited(source, "IOR", core.limits.LEAST_INDEX, core.limits.LARGEST_INDEX)
+    return values.Fresnel(index, reader.normal(source))
 
 
 def read_layer_weight(reader: ValueReader, source: Source) -> Value:

@@ -45,8 +45,11 @@ def export_light(lamp: bpy.types.Object, matrix: np.ndarray) -> tuple[core.scene
     )
     if not any(color):
         return None, warnings
-    warnings += _warnings(lamp)
-    return _EXPORTERS[light.type](lamp, matrix, color), warnings
+    exported = _EXPORTERS[light.type](lamp, matrix, color)
+    if exported is None:
+        warnings.append(_warning(lamp, rpt_("it has a size or a scale of 0, and sheds no light")))
+        return None, warnings
+    return exported, warnings + _warnings(lamp)
 
 
 def surface_visibility(obj: bpy.types.Object) -> int:
@@ -72,8 +75,10 @@ def _point(lamp: bpy.types.Object, matrix: np.ndarray, color: Color) -> core.sce
     return core.scene.PointLight(**_sphere_fields(lamp, matrix, color))
 
 
-def _spot(lamp: bpy.types.Object, matrix: np.ndarray, color: Color) -> core.scene.SpotLight:
+def _spot(lamp: bpy.types.Object, matrix: np.ndarray, color: Color) -> core.scene.SpotLight | None:
     light = lamp.data
+    if not matrix[:3, :3].any():
+        return None
     return core.scene.SpotLight(
         **_sphere_fields(lamp, matrix, color), matrix=matrix, spot_size=light.spot_size, blend=light.spot_blend
     )

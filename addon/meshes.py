@@ -91,13 +91,41 @@ def warnings_of(mesh: bpy.types.Mesh, needs: Needs) -> list[str]:
     return warnings
 
 
-def lost_uvs(mesh: bpy.types.Mesh, uvs: np.ndarray | None) -> list[str]:
-    """A warning of texture coordinates (T, 3, 2) that are no numbers: the renderer takes those for 0."""
-    wrong = 0 if uvs is None else int((~np.isfinite(uvs)).any(axis=2).sum())
-    if wrong == 0:
+def lost_numbers(mesh: bpy.types.Mesh, exported: core.scene.Mesh, needs: Needs) -> list[str]:
+    """Warnings of corners whose texture coordinates or attributes are no numbers: those are taken for 0."""
+    warnings = []
+    for uvs in (exported.uvs, _uvs_of_tangents(mesh, needs.tangents)):
+        if (wrong := _count_wrong(uvs)) > 0:
+            text = rpt_("{count} of its texture coordinates are NaN or infinite, and taken for 0: unwrap it again")
+            warnings.append(_warning(mesh, text.format(count=wrong)))
+    for name, values in exported.attributes.items():
+        attribute = find_attribute(mesh, name)
+        if attribute is not None and (wrong := _count_wrong(values)) > 0:
+            text = rpt_('{count} values of its attribute "{name}" are NaN or infinite, and taken for 0')
+            warnings.append(_warning(mesh, text.format(count=wrong, name=attribute.name)))
+    return warnings
+
+
+def _count_wrong(values: np.ndarray | None) -> int:
+    """Of how many corners, (T, 3, n), a number is none."""
+    return 0 if values is None else int((~np.isfinite(values)).any(axis=2).sum())
+
+
+def lost_normals(mesh: bpy.types.Mesh, exported: core.scene.Mesh) -> list[str]:
+    """A warning of corner normals without a direction, of triangles that can be seen: the renderer takes the others,
+    or the triangle's own.
+    """
+    if exported.corner_normals is None:
         return []
-    text = rpt_("{count} of its texture coordinates are NaN or infinite, and taken for 0: unwrap it again")
-    return [_warning(mesh, text.format(count=wrong))]
+    squares = np.einsum("tci,tci->tc", exported.corner_normals, exported.corner_normals)
+    lost = ~((squares > 0.0) & (squares < np.inf))  # of NaN every comparison is False
+    concerned = lost.any(axis=1)
+    a, b, c = exported.vertices[exported.triangles[concerned]].transpose(1, 0, 2)
+    count = int(lost[concerned][np.cross(b - a, c - a).any(axis=1)].sum())
+    if count == 0:
+        return []
+    text = rpt_("{count} of its normals are 0, NaN or infinite, and left out: clear its custom normals")
+    return [_warning(mesh, text.format(count=count))]
 
 
 def _warning(mesh: bpy.types.Mesh, problem: str) -> str:
@@ -135,11 +163,19 @@ def _tangents(exported: core.scene.Mesh, mesh: bpy.types.Mesh, uv_maps: frozense
     Without any they are the normals, which a normal map leaves as they are then (unless it leans by more than 45°); and
     None, for which the renderer has a direction of its own, where the active one is asked for.
     """
+    uvs = _uvs_of_tangents(mesh, uv_maps)
+    if uvs is None:
+        return None if "" in uv_maps else np.pad(corner_normals(mesh), ((0, 0), (0, 0), (0, 1)))
+    uvs = np.where(np.isfinite(uvs), uvs, np.float32(0))
+    return corner_tangents(exported.vertices[exported.triangles], corner_normals(mesh), uvs)
+
+
+def _uvs_of_tangents(mesh: bpy.types.Mesh, uv_maps: frozenset[str]) -> np.ndarray | None:
+    """(T, 3, 2) of the first of these UV maps that the mesh has."""
     layer = next((layer for name in sorted(uv_maps) if (layer := _uv_layer(mesh, name)) is not None), None)
     if layer is None:
-        return None if "" in uv_maps else np.pad(corner_normals(mesh), ((0, 0), (0, 0), (0, 1)))
-    uvs = read(layer.uv, "vector", (len(mesh.loops), 2), np.float32)[triangle_corners(mesh)]
-    return corner_tangents(exported.vertices[exported.triangles], corner_normals(mesh), uvs)
+        return None
+    return read(layer.uv, "vector", (len(mesh.loops), 2), np.float32)[triangle_corners(mesh)]
 
 
 def _tangent_warnings(mesh: bpy.types.Mesh, uv_maps: frozenset[str]) -> list[str]:

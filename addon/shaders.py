@@ -12,7 +12,7 @@ from bpy.app.translations import pgettext_rpt as rpt_
 
 from ._core import core
 from .losses import Losses
-from .nodes import Source, trace
+from .nodes import Source, find_input, trace
 from .values import Value, ValueReader
 
 shaders = core.shaders
@@ -35,6 +35,19 @@ PRINCIPLED = {
     "coat_tint": "Coat Tint",
     "emission_color": "Emission Color",
     "emission_strength": "Emission Strength",
+}
+#: What inputs that are numbers are kept to, as in Cycles but for the largest index.
+SHARE = (0.0, 1.0)
+LIMITS = {
+    "IOR": (core.limits.LEAST_INDEX, core.limits.LARGEST_INDEX),
+    "Coat IOR": (1.0, core.limits.LARGEST_INDEX),
+    "Alpha": SHARE,
+    "Coat Roughness": SHARE,
+    "Diffuse Roughness": SHARE,
+    "Fac": SHARE,
+    "Metallic": SHARE,
+    "Roughness": SHARE,
+    "Transmission Weight": SHARE,
 }
 #: Inputs of shaders that are not modelled. Unless they are 0, they change what is seen.
 NOT_MODELLED = ("Subsurface Weight", "Sheen Weight", "Thin Film Thickness", "Anisotropic", "Anisotropy", "Thin Wall")
@@ -127,6 +140,9 @@ class ShaderReader:
         return shaders.Diffuse(self._value(source, color.identifier))
 
     def _value(self, source: Source, identifier: str) -> Value:
+        socket = find_input(source.node, identifier)
+        if identifier in LIMITS and socket is not None and socket.type == "VALUE":  # the IOR of a metal is a vector
+            return self._values.limited(source, identifier, *LIMITS[identifier])
         return self._values.input(source, identifier)
 
     def _shader_inputs(self, source: Source) -> list[Source]:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Hashable
 from dataclasses import replace
 
 import bpy
+import numpy as np
 from bpy.app.translations import pgettext_rpt as rpt_
 
 from . import attributes, hit_nodes, math_nodes, texture_nodes
@@ -64,6 +65,19 @@ class ValueReader:
         """The value of an input of a source's node; `default` where this version of Blender has no such input."""
         feed = source.input(identifier)
         return default if feed is None else self.value(feed)
+
+    def limited(self, source: Source, identifier: str, least: float, largest: float) -> Value:
+        """An input that the renderer takes for the nearest number from `least` to `largest`; told of a constant."""
+        value = self.input(source, identifier)
+        constant = constant_of(value)
+        if constant is not None:
+            given = np.float32(constant[0])  # as Blender has it, which a limit may be rounded from
+            nearest = min(max(given, np.float32(least)), np.float32(largest))
+            if nearest != given:
+                problem = rpt_("its {input} of {value:g} is taken for {nearest:g}")
+                name = find_input(source.node, identifier).name
+                self.losses.add_for(source.node, problem.format(input=name, value=given, nearest=nearest))
+        return value
 
     def constant(self, source: Source, identifier: str) -> Color:
         """An input that has to be the same everywhere: where it is not, the socket's own value."""

@@ -21,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from . import limits
 from .albedo_tables import AlbedoTables, dielectric_share, glass_albedo, mirrors_albedo, schlick_share
 from .fresnel import SCHLICK_AT_82, conductor_reflectance, dielectric_reflectance, f0_from_ior, f82_coefficient
 from .jit import device, subroutine
@@ -57,9 +58,7 @@ THREE = np.float32(3)
 #: Lobes of less weight than this, and roughnesses of matt surfaces, are left out.
 CUTOFF = np.float32(1e-5)
 INFINITY = np.float32(np.inf)
-#: Indices of refraction are kept between these: 0 would be divided by, and of one whose reflectance is 1 to float32
-#: nothing would be left to go on with. At either end all but 1 in 25 000 is reflected head on.
-LEAST_INDEX, LARGEST_INDEX = np.float32(1e-5), np.float32(1e5)
+LEAST_INDEX, LARGEST_INDEX = np.float32(limits.LEAST_INDEX), np.float32(limits.LARGEST_INDEX)
 #: Of less light than this that glass lets pass, tables do not tell how much is lost between its facets.
 LEAST_PASSING = np.float32(0.05)
 #: How steep a mirrored ray has to leave the triangle at least: this, or the share of the viewer's own steepness.

@@ -83,7 +83,7 @@ from .warps import HALF, ONE, TWO, ZERO, clamp01
 #: How far beside the hit a bump looks at its height, as a share of the ray's length: about half a pixel at usual
 #: resolutions, and far enough for float32 to see a difference.
 _ASIDE = np.float32(2.0**-11)
-#: Slopes are computed with up to this.
+#: Slopes are computed with up to this: to float32, a steeper one has the same normal.
 _VERTICAL = np.float32(1e15)
 INFINITY, NAN = np.float32(np.inf), np.float32(np.nan)
 

@@ -152,6 +152,22 @@ def test_lamps_that_shed_no_light_are_left_out():
     assert export()[0].lights == ()
 
 
+@pytest.mark.parametrize(
+    ("kind", "properties", "scale"),
+    [("AREA", {"size": 0}, 1), ("AREA", {}, 0), ("SUN", {}, 0), ("SPOT", {}, 0)],
+    ids=["area of no size", "area", "sun", "spot"],
+)
+def test_a_lamp_of_no_size_sheds_no_light_and_is_named(kind, properties, scale):
+    lamp(kind, 10, name="Key", **properties).scale = (scale,) * 3
+    scene, warnings = export()
+    assert (scene.lights, warnings) == ((), ['light "Key": it has a size or a scale of 0, and sheds no light'])
+
+
+def test_the_scale_of_a_point_lamp_does_not_matter():
+    lamp("POINT", 10, name="Key").scale = (0, 0, 0)
+    assert only_light().power == (10, 10, 10)
+
+
 def test_a_lamp_that_is_nowhere_is_named():
     lamp("POINT", 10, location=(float("nan"), 0, 0), name="Lost")
     with pytest.raises(SceneError, match='light "Lost" is nowhere'):

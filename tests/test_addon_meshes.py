@@ -353,6 +353,36 @@ def test_nothing_is_added_to_what_blender_has_evaluated():
         assert name not in evaluated.bl_rna.properties or not evaluated.is_property_set(name)
 
 
+@pytest.mark.skipif(bpy.app.version < (4, 5), reason="normals are kept as they are given from Blender 4.5 on")
+def test_custom_normals_without_a_direction_are_told_where_they_are_seen():
+    obj = quad("Bent")
+    obj.data.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
+    given = obj.data.attributes["custom_normal"].data
+    for broken, count in (((0, 0, 0), 2), ((np.nan, 0, 0), 2), ((0, 0, 2), 0)):
+        given.foreach_set("vector", np.array([broken, *[(0, 0, 1)] * 3], np.float32).ravel())
+        obj.data.update()
+        # One corner of the square, which two triangles share.
+        text = f"{count} of its normals are 0, NaN or infinite, and left out: clear its custom normals"
+        assert export()[1] == [f'mesh "Bent": {text}'] * (count > 0)
+    given.foreach_set("vector", np.zeros(12, np.float32))
+    obj.data.vertices.foreach_set("co", np.zeros(12, np.float32))  # no ray can hit what has no area
+    obj.data.update()
+    assert export()[1] == []
+
+
+def test_attributes_that_are_no_numbers_are_told():
+    paint, diffuse = shader("ShaderNodeBsdfDiffuse")
+    feed(diffuse.inputs["Color"], "ShaderNodeAttribute", attribute_name="Wear")
+    obj = quad()
+    obj.data.materials.append(paint)
+    wear = obj.data.attributes.new("Wear", "FLOAT", "POINT")
+    wear.data.foreach_set("value", [0.5, np.inf, 0.5, 0.5])
+    text = '1 values of its attribute "Wear" are NaN or infinite, and taken for 0'
+    assert export()[1] == [f'mesh "Quad": {text}']
+    wear.data.foreach_set("value", [0.5] * 4)
+    assert export()[1] == []
+
+
 def test_texture_coordinates_that_are_no_numbers_are_told():
     empty_scene()
     paint, color = shader("ShaderNodeBsdfDiffuse")

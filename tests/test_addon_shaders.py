@@ -225,6 +225,40 @@ def test_a_linked_input_that_is_not_modelled_is_named():
     assert "the Sheen Weight of the node" in exported(paint)[1][0]
 
 
+@pytest.mark.parametrize(
+    ("kind", "name", "given", "taken"),
+    [
+        ("Glass", "IOR", 0, "1e-05"),
+        ("Glass", "IOR", 1e8, "100000"),
+        ("Refraction", "IOR", -1, "1e-05"),
+        ("Principled", "IOR", 1e8, "100000"),
+        ("Principled", "Coat IOR", 0.5, "1"),
+        ("Principled", "Metallic", 1.5, "1"),
+        ("Glossy", "Roughness", -0.5, "0"),
+        ("Diffuse", "Roughness", 2, "1"),
+    ],
+)
+def test_constants_that_are_kept_to_their_limits_are_told(kind, name, given, taken):
+    paint, node = shader(f"ShaderNodeBsdf{kind}")
+    feed(node.inputs[name], "ShaderNodeValue").outputs[0].default_value = given
+    text = f"its {name} of {given:g} is taken for {taken}"
+    assert exported(paint)[1] == [f'material "Paint": node "{node.name}": {text}']
+
+
+def test_a_factor_beyond_1_is_told():
+    paint, mix = shader("ShaderNodeMixShader")
+    feed(mix.inputs[0], "ShaderNodeValue").outputs[0].default_value = 1.5
+    text = f"its {mix.inputs[0].name} of 1.5 is taken for 1"
+    assert exported(paint)[1] == [f'material "Paint": node "Mix Shader": {text}']
+
+
+@pytest.mark.parametrize("index", [1e-4, 1.0, 9e4])
+def test_constants_within_their_limits_are_not_told(index):
+    paint, node = shader("ShaderNodeBsdfGlass")
+    feed(node.inputs["IOR"], "ShaderNodeValue").outputs[0].default_value = index
+    assert exported(paint)[1] == []
+
+
 def test_a_tangent_without_anisotropy_changes_nothing():
     paint, node = shader("ShaderNodeBsdfPrincipled")
     feed(node.inputs["Tangent"], "ShaderNodeTangent")
