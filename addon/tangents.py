@@ -18,7 +18,8 @@ def corner_tangents(positions: np.ndarray, normals: np.ndarray, uvs: np.ndarray)
     """The tangent of each corner of T triangles, and the sign of the bitangent: (T, 3, 4) float32.
 
     `positions` and `normals` (unit) are (T, 3, 3), `uvs` (T, 3, 2), all in the mesh's space. The bitangent is sign ×
-    normal × tangent. Tangents are unit vectors, or 0 where the texture coordinates have no direction.
+    normal × tangent. Tangents are unit vectors: where the texture coordinates have no direction, the mesh's X, with a
+    sign of -1, as in Blender.
     """
     along_u, is_upright = _directions(positions, uvs)
     laid = _unit((along_u[:, None] - normals * _dot(normals, along_u[:, None])).astype(np.float64))
@@ -26,7 +27,9 @@ def corner_tangents(positions: np.ndarray, normals: np.ndarray, uvs: np.ndarray)
     joined = _joined(_equal_corners(np.concatenate([positions, normals, uvs], axis=2)), is_upright)
     sums = np.stack([np.bincount(joined, weighted[..., axis].ravel()) for axis in range(3)], axis=-1)
     tangents = _unit(sums)[joined].reshape(-1, 3, 3)
-    signs = np.broadcast_to(np.where(is_upright, 1.0, -1.0)[:, None, None], (len(tangents), 3, 1))
+    has_none = ~tangents.any(axis=2)
+    tangents[has_none] = 1.0, 0.0, 0.0
+    signs = np.where(is_upright[:, None] & ~has_none, 1.0, -1.0)[..., None]
     return np.concatenate([tangents, signs], axis=2).astype(np.float32)
 
 

@@ -99,6 +99,12 @@ def test_fresnel_of_a_normal():
     assert plain(value_of(paint)) == plain((Fresnel(1.75, NormalMap((0.5, 0.5, 1.0), 1.0, "world")), []))
 
 
+def test_an_index_of_refraction_that_is_kept_to_its_limits_is_told():
+    node, paint = fed("ShaderNodeFresnel")
+    feed(node.inputs["IOR"], "ShaderNodeValue").outputs[0].default_value = 0
+    assert value_of(paint)[1] == ['material "Paint": node "Fresnel": its IOR of 0 is taken for 1e-05']
+
+
 def test_the_position_is_in_the_world():
     _node, paint = fed("ShaderNodeNewGeometry", "Position")
     assert value_of(paint) == (WORLD, [])
@@ -314,6 +320,19 @@ def test_a_normal_map_with_a_uv_map_that_is_not_there_is_left_out():
     mesh, warnings = mesh_with(normal_of("ShaderNodeNormalMap", uv_map="Lost")[1])
     np.testing.assert_array_equal(mesh.tangents, np.tile((0, 0, 1, 0), (2, 3, 1)))
     assert warnings == ['mesh "Quad": it has no UV map "Lost" for its normal map, which is left out']
+
+
+@pytest.mark.parametrize("number", [0, np.nan, np.inf])
+def test_a_normal_map_on_texture_coordinates_without_a_direction_is_turned_as_in_blender(number):
+    """As if u grew along the mesh's X; what is no number is told."""
+
+    def prepare(mesh):
+        mesh.uv_layers[0].uv.foreach_set("vector", np.full(8, number, np.float32))
+
+    mesh, warnings = mesh_with(normal_of("ShaderNodeNormalMap")[1], prepare)
+    np.testing.assert_array_equal(mesh.tangents, np.tile((1, 0, 0, -1), (2, 3, 1)))
+    text = "6 of its texture coordinates are NaN or infinite, and taken for 0: unwrap it again"
+    assert warnings == [f'mesh "Quad": {text}'] * (number != 0)
 
 
 def test_several_uv_maps_for_normals_are_named():

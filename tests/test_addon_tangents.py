@@ -70,12 +70,19 @@ def test_tangents_are_unit_vectors_across_their_normals():
     np.testing.assert_allclose((tangents * normals).sum(axis=-1), 0, atol=1e-5)
 
 
-def test_texture_coordinates_without_an_area_have_no_direction():
+def test_texture_coordinates_without_an_area_have_the_direction_that_blender_gives_them():
+    mesh = triangulated("ico_sphere", smooth=True, mirrored=False)
+    mesh.uv_layers.active.uv.foreach_set("vector", np.zeros(2 * len(mesh.loops), np.float32))
+    theirs, ours = blenders(mesh)
+    np.testing.assert_array_equal(ours, theirs)
+
+
+def test_texture_coordinates_without_an_area_have_a_direction():
     obj = quad()
     positions = np.array([[v.co for v in obj.data.vertices[:3]]], np.float32)
     up = np.tile(np.array((0, 0, 1), np.float32), (1, 3, 1))
     tangents = corner_tangents(positions, up, np.zeros((1, 3, 2), np.float32))
-    np.testing.assert_array_equal(tangents, np.tile((0, 0, 0, 1), (1, 3, 1)))
+    np.testing.assert_array_equal(tangents, np.tile((1, 0, 0, -1), (1, 3, 1)))
 
 
 def test_a_triangle_without_a_direction_takes_that_of_its_neighbours():

@@ -364,6 +364,14 @@ def test_a_graph_of_nodes_looks_as_in_cycles(name, scene, tmp_path):
     check(scene, tmp_path)
 
 
+def test_a_normal_map_on_uvs_without_an_area_looks_as_in_cycles(scene, tmp_path):
+    put_on(graph(normal_map, "Diffuse", Color=RED)())
+    for name in ("Ball", "Tile"):
+        mesh = bpy.data.objects[name].data
+        mesh.uv_layers[0].uv.foreach_set("vector", np.full(2 * len(mesh.loops), 0.3, np.float32))
+    check(scene, tmp_path)
+
+
 def test_a_deformed_mesh_has_the_generated_coordinates_that_it_has_in_cycles(scene, tmp_path):
     put_on(GRAPHS["ramp-roughness"]())
     push = bpy.data.objects["Ball"].modifiers.new("Push", "SIMPLE_DEFORM")

@@ -106,6 +106,35 @@ def _red(uvs: np.ndarray, texture: ImageTexture) -> np.ndarray:
 
 
 @case(
+    "Texture coordinates without an area under a normal map",
+    happens="A surface that is not unwrapped, or to a point or a line, is black or speckled under its normal map.",
+    why="The direction in which u grows is the quotient of an edge and an area of 0.",
+    rooks="Takes the object's X for it, as Blender and Cycles do, and Y turned round for v; with NaN likewise.",
+)
+def uvs_without_an_area(record: Record) -> None:
+    """A square that shines in the colour of its mapped normal, which leans by X and -Y."""
+    from tests.addon_helpers import empty_scene, export, feed, quad, shader
+
+    color = np.array((0.7, 0.4, 0.9))
+    leaning = (2 * color - 1) * (1, -1, 1)
+    expected = leaning / np.linalg.norm(leaning)
+    to_a_line = np.outer((0, 0, 1, 1), (0, 1))
+    for label, uvs in (("a point", np.zeros((4, 2))), ("a line", to_a_line), ("NaN", np.full((4, 2), np.nan))):
+        empty_scene(8, 8)
+        paint, glow = shader("ShaderNodeEmission")
+        feed(glow.inputs["Color"], "ShaderNodeNormalMap").inputs["Color"].default_value = (*color, 1)
+        square = quad(size=20.0)
+        square.data.materials.append(paint)
+        square.data.uv_layers[0].uv.foreach_set("vector", uvs.astype(np.float32).ravel())
+        scene, warnings = export()
+        film = render(scene, RenderSettings(samples=1))
+        error = np.abs(film.passes["Combined"][..., :3] - expected).max()
+        record.claim(f"{label}: largest error of the normal", error, at_most=1e-5)
+        record.claim(f"{label}: samples that are dropped", film.dropped_samples, at_most=0)
+        record.claim(f"{label}: warnings", len(warnings), at_least=label == "NaN", at_most=label == "NaN")
+
+
+@case(
     "Images that are missing",
     happens="A texture without its file shows as black, or as nothing, without a word.",
     why="Blender keeps the node, and its image of no size.",
