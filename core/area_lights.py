@@ -12,7 +12,7 @@ from .warps import HALF, QUARTER, ZERO
 
 @device
 def is_near(lights: LightArrays, light: int, x: float, y: float, z: float) -> bool:
-    """Whether area light `light` is sampled by its solid angle from (x, y, z)."""
+    """Whether (x, y, z) is near to lamp `light`: area lights are sampled by their solid angle from there."""
     o = lights.position
     dx, dy, dz = o[light, 0] - x, o[light, 1] - y, o[light, 2] - z
     return dx * dx + dy * dy + dz * dz < lights.near[light]

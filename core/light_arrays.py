@@ -19,6 +19,9 @@ IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2,
 #: How near is near: in squared diagonals of an area light, from its centre. Nearer for ellipses, which some directions
 #: towards the rectangle around them miss.
 NEAR, NEAR_ELLIPSE = 1.0, 0.25
+#: The same for spheres and disks that face each point, in squared radii: farther off, the surface's cosine is next to
+#: the same for all of their points.
+NEAR_SPHERE = 16.0
 #: A spot's edge without blend: steep enough to be a step, finite so that 0 × it stays 0.
 _HARD_EDGE = 1e30
 #: Metres: the squares of lengths have to fit into float32.
@@ -42,7 +45,7 @@ class LightArrays(NamedTuple):
     size: np.ndarray  # (L,) radius in metres; a sun: 1 - cos of half its angle
     area: np.ndarray  # (L,) m², that a sphere shows; a sun: steradians, seen flat. 0 without a size
     shared_area: np.ndarray  # (L,) the same; 0 if it shines through what would block the rays that meet it
-    near: np.ndarray  # (L,) m²: an area light is sampled by solid angle from within this squared distance
+    near: np.ndarray  # (L,) m²: from within this squared distance a lamp is looked at more closely, see `lights`
     extended: np.ndarray  # (L,) bool: it has a size, so that a point of it is to be sampled
     cast_shadow: np.ndarray  # (L,) bool
     visibility: np.ndarray  # (L,) uint32: bits of `scene`
@@ -192,6 +195,7 @@ def _pack_point(row: dict[str, np.ndarray], light: PointLight, center: np.ndarra
     row["position"][:] = np.array(light.position) - center
     row["size"][:] = light.radius
     row["area"][:] = np.pi * light.radius**2
+    row["near"][:] = NEAR_SPHERE * light.radius**2
     if isinstance(light, SpotLight):
         cosine = np.cos(light.spot_size / 2)
         width = (1 - cosine) * light.blend

@@ -47,6 +47,8 @@ from .warps import (
 )
 
 _ZERO, _HALF, _ONE, _TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
+#: A cap of almost half of all directions is above the surface though its axis may be rounded away from the normal.
+_UP_TO_ROUNDING = np.float32(1 - 1e-6)
 
 
 @kernel
@@ -72,9 +74,11 @@ def sample_light(batch: Batch, lights: LightArrays, light: int, packets: int) ->
         elif kind == IS_SPHERE:
             for i in range(at, at + LANES):
                 _to_sphere(f, i, ox, oy, oz, size)
+            _look_closer(batch, lights, light, at)
         elif kind == IS_FACING_DISK:
             for i in range(at, at + LANES):
                 _to_facing_disk(f, i, ox, oy, oz, size)
+            _look_closer(batch, lights, light, at)
         elif kind == IS_SUN:
             for i in range(at, at + LANES):
                 _to_sun(f, i, ox, oy, oz, size)
@@ -107,13 +111,13 @@ def sample_chosen_lights(batch: Batch, lights: LightArrays, packets: int) -> Non
                 bx, by, bz = b[light, 0], b[light, 1], b[light, 2]
                 nx, ny, nz = n[light, 0], n[light, 1], n[light, 2]
                 _to_area(f, i, ox, oy, oz, ax, ay, az, bx, by, bz, nx, ny, nz, s, t)
-                _look_closer_from(batch, lights, light, i)
             elif kind == IS_SPHERE:
                 _to_sphere(f, i, ox, oy, oz, size)
             elif kind == IS_FACING_DISK:
                 _to_facing_disk(f, i, ox, oy, oz, size)
             else:
                 _to_point(f, i, ox, oy, oz)
+            _look_closer_from(batch, lights, light, i)
             _describe(f, bits, lights, light, i, _ONE / chance)
             if lights.spot[light]:
                 f[i + LIGHT_WEIGHT] *= _cone(f, lights, light, i)
@@ -202,9 +206,20 @@ def _share_by_cosine(angle: float) -> float:
     return filled * filled * filled * filled
 
 
-@subroutine
+@device
 def _look_closer_from(batch: Batch, lights: LightArrays, light: int, i: int) -> None:
-    """Choose a point of an area light anew, by its solid angle, if lane i is near to it.
+    """Choose a point of a lamp anew if lane i is near to it."""
+    f = batch.floats
+    if is_near(lights, light, f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]):
+        if lights.kind[light] <= IS_ELLIPSE:
+            _look_closer_at_area(batch, lights, light, i)
+        elif batch.bits[i + LOBE_COUNT] == np.uint32(0):
+            _look_closer_at_cap(f, lights, light, i)
+
+
+@subroutine
+def _look_closer_at_area(batch: Batch, lights: LightArrays, light: int, i: int) -> None:
+    """Choose a point of an area light anew, by its solid angle.
 
     Where the light fills almost half of all directions, most of the unevenness is a Lambertian surface's cosine: so
     many samples there have the cosine's density, and all count by that of both together (Veach 1997, section 9.2.4).
@@ -215,8 +230,6 @@ def _look_closer_from(batch: Batch, lights: LightArrays, light: int, i: int) -> 
     """
     f = batch.floats
     x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
-    if not is_near(lights, light, x, y, z):
-        return
     f[i + SHADOW + T_FAR] = f[i + LIGHT_WEIGHT] = _ZERO
     seen = see_area(lights, light, x, y, z)
     angle = np.float32(seen.angle)
@@ -238,6 +251,42 @@ def _look_closer_from(batch: Batch, lights: LightArrays, light: int, i: int) -> 
     if (facing > _ZERO) & (is_met | is_within):
         cosine = max(dx * nx + dy * ny + dz * nz, _ZERO)
         density = by_angle / angle + by_cosine * cosine * INV_PI
+        _aim(f, i, dx, dy, dz, reach, _ONE / (density * lights.area[light]))
+
+
+@subroutine
+def _look_closer_at_cap(f: np.ndarray, lights: LightArrays, light: int, i: int) -> None:
+    """Choose a point of a sphere or a facing disk anew, for a Lambertian surface that has all of its cap above it, or
+    that is inside of the sphere: by the cosine's density, so that all points count the same.
+
+    The cap's rim bounds a flat disk. Seen along the normal, what is even over this disk is even over its outline, and
+    lifted from there to the unit sphere it has that density (Nusselt's analogue, 1928).
+    """
+    cx = lights.position[light, 0] - f[i + POSITION]
+    cy = lights.position[light, 1] - f[i + POSITION + Y]
+    cz = lights.position[light, 2] - f[i + POSITION + Z]
+    nx, ny, nz = f[i + SHADING_NORMAL], f[i + SHADING_NORMAL + Y], f[i + SHADING_NORMAL + Z]
+    square, radius2 = cx * cx + cy * cy + cz * cz, lights.size[light] * lights.size[light]
+    is_sphere = lights.kind[light] == IS_SPHERE
+    ax, ay, az, sine2 = nx, ny, nz, _ONE  # from inside all that is above the surface
+    if (square > radius2) | (not is_sphere):
+        scale = _ONE / np.float32(math.sqrt(square)) if square > _ZERO else _ZERO
+        ax, ay, az = scale * cx, scale * cy, scale * cz
+        sine2 = radius2 / (square if is_sphere else square + radius2)
+    raised = ax * nx + ay * ny + az * nz
+    if (raised <= _ZERO) | (raised * raised < sine2 * _UP_TO_ROUNDING):
+        return
+    x, y = square_to_disk(f[i + POINT], f[i + POINT + Y])
+    sine, cosine = np.float32(math.sqrt(sine2)), np.float32(math.sqrt(_ONE - sine2))
+    mx, my, mz = to_world(sine * x, sine * y, cosine, ax, ay, az)
+    height = mx * nx + my * ny + mz * nz
+    up = np.float32(math.sqrt(height * height + sine2 * max(_ONE - (x * x + y * y), _ZERO)))
+    lift = up - height
+    dx, dy, dz = mx + lift * nx, my + lift * ny, mz + lift * nz
+    along = dx * cx + dy * cy + dz * cz
+    reach = _reach_of_sphere(along, square, radius2) if is_sphere else square / along
+    density = up * INV_PI / (sine2 * raised)
+    if (density > _ZERO) & (is_sphere | (along > _ZERO)):
         _aim(f, i, dx, dy, dz, reach, _ONE / (density * lights.area[light]))
 
 
@@ -277,10 +326,15 @@ def _to_sphere(f: np.ndarray, i: int, ox: float, oy: float, oz: float, radius: f
     nz = cz * scale if outside else _ONE
     lx, ly, lz = square_to_cap(f[i + POINT], f[i + POINT + Y], cap)
     dx, dy, dz = to_world(lx, ly, lz, cx * scale, cy * scale, nz)
-    along = dx * cx + dy * cy + dz * cz
-    root = np.float32(math.sqrt(max(_ZERO, radius * radius - square + along * along)))
-    reach = along - root if outside else along + root
+    reach = _reach_of_sphere(dx * cx + dy * cy + dz * cz, square, radius * radius)
     _aim(f, i, dx, dy, dz, reach, _TWO * cap / (radius * radius))
+
+
+@device
+def _reach_of_sphere(along: float, square: float, radius2: float) -> float:
+    """How far a sphere is in a direction in which its centre, whose squared distance is `square`, is `along` ahead."""
+    root = np.float32(math.sqrt(max(_ZERO, radius2 - square + along * along)))
+    return along - root if square > radius2 else along + root
 
 
 @device

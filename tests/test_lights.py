@@ -204,6 +204,20 @@ def test_disk_that_faces_the_surface(radius, place):
     assert irradiance([PointLight(place, POWER, radius, soft_falloff=True)]).agrees(expected)
 
 
+@pytest.mark.parametrize("soft_falloff", [False, True])
+@pytest.mark.parametrize("place", [(0, 0, 0.5001), (0.3, -0.2, 0.7), (0.9, 0.5, 0.8)])
+@pytest.mark.parametrize("others", [0, 9])
+def test_a_round_lamp_that_is_near_lights_a_matt_floor_without_noise(place, soft_falloff, others):
+    """All points of it count the same, also where one of many lamps is chosen (of which the others are behind)."""
+    radius, square = 0.5, float(np.dot(place, place))
+    expected = POWER[0] / (4 * math.pi) * place[2] / math.sqrt(square) / (square + radius**2 * soft_falloff)
+    lamp = PointLight(place, POWER, radius, soft_falloff)
+    behind = [PointLight((k, 0, -3.0), POWER, radius) for k in range(others)]
+    lit = irradiance([lamp, *behind], samples=16, seeds=4, sampler="random")
+    assert lit.mean == pytest.approx(expected, rel=1e-5)
+    assert lit.error < 1e-5 * lit.mean
+
+
 # Spots
 
 

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from core import AreaLight, Instance, PointLight, Scene, SpotLight, SunLight
-from core.scene import VISIBLE_TO_ALL, VISIBLE_TO_CAMERA
+from core import AreaLight, Instance, Material, PointLight, Scene, SpotLight, SunLight
+from core.scene import VISIBLE_TO_ALL, VISIBLE_TO_CAMERA, Light
+from core.shaders import Glossy
 from tests.scenes import WHITE, Estimate, camera_down, emitter, floor, irradiance, picture, quad
 
 from .case import Record, case
@@ -16,9 +17,8 @@ from .case import Record, case
 HEIGHTS = (1.0, 0.7, 0.5, 0.3, 0.2, 0.1, 1e-2, 1e-4)
 #: Below a lamp's middle: where a disk is first sampled by the directions to its square, at 0.7 m, many of them miss it.
 MOST_DEVIATION = 0.44
-#: The relative deviation of a cosine over a half-space that is sampled evenly is √(1/3); with what the estimate of it
-#: from 4096 pixels may err, four standard errors.
-EVEN_HALF_SPACE = math.sqrt(1 / 3) * (1 + 4 / math.sqrt(2 * 4096))
+#: Where all samples of a lamp count the same, this is left of their deviation by rounding.
+ROUNDING = 1e-5
 
 
 def square_lamp(
@@ -45,15 +45,15 @@ def deviation(scene: Scene, samples: int = 16) -> float:
     return float(values.std() / values.mean() * math.sqrt(samples))
 
 
-def glowing_panel(height: float) -> Instance:
-    """A square of 1 m and radiance 1 above the origin, which the camera does not see."""
-    square = quad((0, 0, height), (1, 0, 0), (0, 1, 0))
+def glowing_panel(height: float, size: float = 1.0) -> Instance:
+    """A square of radiance 1 above the origin, which the camera does not see."""
+    square = quad((0, 0, height), (size, 0, 0), (0, size, 0))
     return Instance(square, materials=(emitter(1.0),), visibility=VISIBLE_TO_ALL & ~VISIBLE_TO_CAMERA)
 
 
-def even_floor(lights: tuple = (), instances: tuple[Instance, ...] = ()) -> Scene:
+def even_floor(lights: tuple = (), instances: tuple[Instance, ...] = (), material: Material = WHITE) -> Scene:
     """A spot of floor below the origin so small that all its pixels have the same brightness."""
-    return Scene(camera_down(1e-6, (64, 64)), (Instance(floor(0.01), materials=(WHITE,)), *instances), lights)
+    return Scene(camera_down(1e-6, (64, 64)), (Instance(floor(0.01), materials=(material,)), *instances), lights)
 
 
 @case(
@@ -84,6 +84,39 @@ def area_light_of_any_size(record: Record) -> None:
 
 
 @case(
+    "Disks, spheres, spots and glowing meshes of almost no and of enormous size",
+    happens="As for area lights: black, or infinitely bright.",
+    why="A sphere's cone has 1 − cos = 10⁻¹² or a sine that rounds to 1; float32 has steps of 6 cm at 10⁶ m.",
+    rooks="Sines come from squares of lengths, 1 − cos from sines, and both keep their digits at either end.",
+)
+def lamps_of_any_size(record: Record) -> None:
+    """So wide, 1 m above the floor: a sphere's lower end, the others' middle. And in a sphere, half its radius off."""
+    for size in (1e-6, 1e-3, 1.0, 1e3, 1e6):
+        radius, power = size / 2, (1.0, 1.0, 1.0)
+        middle = radius + 1
+        # A lamp that shows a disk of this radius has the radiance P / (π² r²), a sphere and a soft lamp 1/4 of that.
+        of_lamp = 1 / (2 * math.pi * radius) ** 2
+        square_of_sine = radius**2 / (radius**2 + 1)
+        lamps: dict[str, tuple[Light, float]] = {
+            "disk": (square_lamp(size, 1.0, "ellipse"), 4 * of_lamp * math.pi * square_of_sine),
+            "sphere": (PointLight((0, 0, middle), power, radius), 1 / (4 * math.pi * middle**2)),
+            "soft lamp": (PointLight((0, 0, 1), power, radius, True), of_lamp * math.pi * square_of_sine),
+            # Light comes from within 45° of the spot's axis only, however wide it is.
+            "soft spot of 90°": (
+                SpotLight((0, 0, 1), power, radius, True, spot_size=math.pi / 2, blend=0.0),
+                of_lamp * math.pi * min(square_of_sine, 0.5),
+            ),
+        }
+        if size >= 1e-3:  # the floor that is looked at is 0.1 mm wide
+            lamps["inside of a sphere"] = (PointLight((0, 0, radius / 2), power, radius), of_lamp * math.pi)
+        for name, (lamp, expected) in lamps.items():
+            found = irradiance([lamp], samples=256, seeds=8)
+            record.claim(f"{name}, relative error at {size:g} m", off(found, expected), at_most=1e-4)
+        found = irradiance([], instances=(glowing_panel(1.0, size),), samples=256, seeds=8)
+        record.claim(f"mesh, relative error at {size:g} m", off(found, below_square(radius, 1.0)), at_most=1e-4)
+
+
+@case(
     "An area light just above the surface",
     happens="Sparks around a lamp that lies on a table, and a dark table between them.",
     why="Points that are even over the lamp are far from even as seen from the surface: those close by are rare and "
@@ -98,6 +131,8 @@ def area_light_at_the_surface(record: Record) -> None:
         near = dict(zip(HEIGHTS, others, strict=True))
         for height in (0.1, 1e-2, 1e-4):
             record.claim(f"{shape} at {height:g} m, deviation over that at 1.5 m", near[height] / distant, at_most=5)
+        far = deviation(even_floor((square_lamp(1.0, 10.0, shape),)))
+        record.claim(f"{shape} at 0.0001 m, deviation over that at 10 m", near[1e-4] / far, at_most=5)
         record.claim(f"largest deviation of a sample, {shape} at any height", max(others), at_most=MOST_DEVIATION)
         # There a disk is seen edge-on past the corner of the square around it: dark, so that the lamp is the measure.
         aside = square_lamp(1.0, 1e-3, shape, at=(0.44, 0.44))
@@ -177,7 +212,7 @@ def light_that_crosses_the_surface(record: Record) -> None:
     "A light of no area",
     happens="A lamp scaled to a line or to a point is infinitely bright, or NaN.",
     why="Radiance is power over area.",
-    rooks="A lamp without area sends no light.",
+    rooks="A lamp without area sends no light; the add-on names it in a warning.",
 )
 def light_without_area(record: Record) -> None:
     for name, u, v in (("line", (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)), ("point", (0.0,) * 3, (0.0,) * 3)):
@@ -189,7 +224,8 @@ def light_without_area(record: Record) -> None:
     "Inside a sphere light",
     happens="A surface inside a lamp is black, or NaN.",
     why="The cone that a sphere fills has a sine of radius/distance, which is above 1 inside.",
-    rooks="From inside, all directions are sampled: the irradiance is π times the lamp's radiance everywhere.",
+    rooks="From inside, all directions above the surface are sampled: the irradiance is π times the lamp's radiance "
+    "everywhere.",
 )
 def inside_a_sphere_light(record: Record) -> None:
     for height in (0.0, 0.5, 0.999):
@@ -197,24 +233,82 @@ def inside_a_sphere_light(record: Record) -> None:
         found = irradiance([lamp], samples=256, seeds=8)
         # Radiance P / (4 π² r²).
         record.claim(f"relative error {height:g} radii off", off(found, 0.25 / math.pi), at_most=2e-4)
+        record.claim(f"deviation of a sample {height:g} radii off", deviation(even_floor((lamp,))), at_most=ROUNDING)
     lamp = PointLight((0.0, 0.0, 1.001), (1.0, 1.0, 1.0), 1.0)
     expected = 0.25 / math.pi / 1.001**2
     record.claim("relative error just outside", off(irradiance([lamp], samples=256, seeds=8), expected), at_most=2e-4)
 
 
 @case(
+    "A sphere or a soft lamp just above the surface",
+    happens="Noise, though no sparks, around a lamp that touches something.",
+    why="Directions that are even over a lamp of almost half of all directions differ by the surface's cosine: a "
+    "relative deviation of √(1/3) of each sample, against 3·10⁻⁴ at 10 m.",
+    rooks="Within four radii, diffuse surfaces sample a lamp that is all above them by the cosine: the disk that "
+    "bounds its cone, seen along the normal, is an ellipse (Nusselt's analogue). All samples then count the same.",
+)
+def sphere_just_above_the_surface(record: Record) -> None:
+    """The lower end of the lamp is so far above the floor; and the same seen from 0.1 m aside."""
+    for name, is_soft in (("sphere", False), ("soft lamp", True)):
+        far = PointLight((0.0, 0.0, 10.5), (1.0, 1.0, 1.0), 0.5, is_soft)
+        distant = deviation(even_floor((far,)))
+        for height, aside in ((1.0, 0.0), (0.1, 0.0), (1e-2, 0.0), (1e-4, 0.0), (1e-4, 0.1)):
+            lamp = PointLight((aside, 0.0, height + 0.5), (1.0, 1.0, 1.0), 0.5, is_soft)
+            where = f"{name} at {height:g} m" + f", {aside:g} m aside" * (aside > 0)
+            near = deviation(even_floor((lamp,)))
+            record.claim(f"{where}: deviation over that at 10 m", near / distant, at_most=5)
+            square = (height + 0.5) ** 2 + aside**2
+            # The cosine to the middle, of a disk or a sphere of radiance P / (4 π² r²).
+            expected = (height + 0.5) / math.sqrt(square) / (4 * math.pi * (square + 0.25 * is_soft))
+            found = irradiance([lamp], samples=64, seeds=8)
+            record.claim(f"{where}: relative error", off(found, expected), at_most=1e-4)
+
+
+@case(
     "A soft lamp at and inside its radius",
     happens="Sparks where a lamp with soft falloff touches something.",
-    why="Blender's soft lamp is a disk that faces each point: as an area light, it has close points and far ones.",
-    rooks="Samples the cone that the disk fills, evenly.",
+    why="Blender's soft lamp is a disk that faces each point: as an area light, it has close points and far ones, and "
+    "beside its foot the surface cuts it.",
+    rooks="Samples the cone that the disk fills: by the cosine where it is whole, evenly where the surface cuts it.",
 )
 def soft_lamp_at_the_surface(record: Record) -> None:
+    distant = deviation(even_floor((PointLight((0.0, 0.0, 10.0), (1.0, 1.0, 1.0), 0.5, soft_falloff=True),)))
     for height in (1.5, 0.5, 1e-1, 1e-2):
         lamp = PointLight((0.0, 0.0, height), (1.0, 1.0, 1.0), 0.5, soft_falloff=True)
-        record.claim(f"deviation of a sample at {height:g} m", deviation(even_floor((lamp,))), at_most=EVEN_HALF_SPACE)
+        near = deviation(even_floor((lamp,)))
+        record.claim(f"deviation at {height:g} m over that at 10 m", near / distant, at_most=5)
         # A disk of radiance P / (4 π² r²).
         expected = 1 / (4 * math.pi * (0.25 + height**2))
         record.claim(f"relative error at {height:g} m", off(irradiance([lamp], seeds=8), expected), at_most=2e-4)
+
+
+@case(
+    "Rough metal just below a lamp",
+    happens="Sparks in the gloss of a table around a lamp that lies on it.",
+    why="As for diffuse surfaces; and neither light samples nor scattered rays alone fit both a narrow gloss and a "
+    "wide one.",
+    rooks="Counts light samples by solid angle and scattered rays by their densities (Veach 1997, power heuristic). "
+    "What is left are their own deviations, about 0.5 together, of which a distant lamp has less the rougher it is.",
+)
+def rough_metal_just_below_a_lamp(record: Record) -> None:
+    """White metal seen straight on: below a lamp that fills half of all directions it is as bright as the lamp."""
+    makes = {
+        "rectangle": lambda height: square_lamp(1.0, height),
+        "disk": lambda height: square_lamp(1.0, height, "ellipse"),
+        "sphere": lambda height: PointLight((0, 0, height + 0.5), (1.0, 1.0, 1.0), 0.5),
+    }
+    for roughness in (0.2, 0.3, 0.5):
+        metal = Material("metal", Glossy(1.0, roughness))
+        for name, make in makes.items():
+            scenes = {height: even_floor((make(height),), material=metal) for height in (10, 1.5, 0.1, 1e-4)}
+            spread = {height: deviation(scene) for height, scene in scenes.items()}
+            what = f"{name}, roughness {roughness:g}"
+            record.claim(f"{what}: deviation at 0.0001 m over that at 1.5 m", spread[1e-4] / spread[1.5], at_most=5)
+            if roughness == 0.2:
+                record.claim(f"{what}: over that at 10 m", spread[1e-4] / spread[10], at_most=5)
+            record.claim(f"{what}: largest at any height", max(spread.values()), at_most=0.6)
+        bright = picture(even_floor((square_lamp(1.0, 1e-4),), material=metal), samples=256, threads=0).mean() * math.pi
+        record.claim(f"relative error below a rectangle, roughness {roughness:g}", abs(bright - 1), at_most=0.01)
 
 
 @case(
