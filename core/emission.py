@@ -201,7 +201,8 @@ def _meet(
         return np.float32(np.inf), (np.float32(2) * PI * size if inside else _ZERO)
     if kind <= IS_ELLIPSE:
         distance, facing, is_met = meet_area(lights, light, ox, oy, oz, x, y, z)
-        return distance, (spread_of_area(lights, light, ox, oy, oz, distance, facing) if is_met else _ZERO)
+        spread = spread_of_area(lights, light, ox, oy, oz, x, y, z, distance, facing) if is_met else _ZERO
+        return distance, spread
     cx, cy, cz = cx - ox, cy - oy, cz - oz
     if kind == IS_SPHERE:
         return _meet_sphere(cx, cy, cz, x, y, z, size)

@@ -16,9 +16,8 @@ MOST_ONE_BY_ONE = 8
 
 IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2, 3, 4, 5
 
-#: How near is near: in squared diagonals of an area light, from its centre. Nearer for ellipses, which some directions
-#: towards the rectangle around them miss.
-NEAR, NEAR_ELLIPSE = 1.0, 0.25
+#: How near is near: in squared diagonals of an area light, from its centre.
+NEAR = 1.0
 #: The same for spheres and disks that face each point, in squared radii: farther off, the surface's cosine is next to
 #: the same for all of their points.
 NEAR_SPHERE = 16.0
@@ -176,8 +175,7 @@ def _pack_area(row: dict[str, np.ndarray], light: AreaLight, center: np.ndarray)
     row["along_u"][:], row["along_v"][:] = np.linalg.pinv(np.column_stack([light.axis_u, light.axis_v]))
     row["normal"][:] = normal / length if length > 0 else 0
     row["area"][:] = length if is_rectangle else length * np.pi / 4
-    square_of_diagonal = np.dot(light.axis_u, light.axis_u) + np.dot(light.axis_v, light.axis_v)
-    row["near"][:] = (NEAR if is_rectangle else NEAR_ELLIPSE) * square_of_diagonal
+    row["near"][:] = NEAR * (np.dot(light.axis_u, light.axis_u) + np.dot(light.axis_v, light.axis_v))
 
 
 def _pack_sun(row: dict[str, np.ndarray], light: SunLight) -> None:

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from .area_lights import is_below, is_near, meet_area, see_area
+from .area_lights import density_drawn_in, is_below, is_drawn_in, is_near, meet_area, place_met, see_area, towards
 from .batch import (
     DIRECTION,
     LANES,
@@ -35,11 +35,12 @@ from .frames import to_world
 from .jit import device, kernel, subroutine
 from .light_arrays import IS_ELLIPSE, IS_FACING_DISK, IS_RECTANGLE, IS_SPHERE, IS_SUN, LightArrays
 from .light_choice import choose_for_surface, emitter_probability
-from .solid_angle import direction_in
+from .solid_angle import Seen, direction_in
 from .warps import (
     BELOW_ONE,
     INV_PI,
     INV_TWO_PI,
+    clamp01,
     one_minus_cos,
     square_to_cap,
     square_to_cosine_hemisphere,
@@ -225,8 +226,8 @@ def _look_closer_at_area(batch: Batch, lights: LightArrays, light: int, i: int) 
     many samples there have the cosine's density, and all count by that of both together (Veach 1997, section 9.2.4).
     Off other surfaces it is the rays that scatter which even it out.
 
-    For an ellipse it is the angle of the parallelogram around it, and what misses the ellipse brings nothing. Beside it
-    that angle does not tell how much the ellipse fills: no sample is by the cosine there.
+    For an ellipse it is the angle of the parallelogram around it. From close before the ellipse what misses it brings
+    nothing, and beside it that angle does not tell how much it fills: no sample is by the cosine there.
     """
     f = batch.floats
     x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
@@ -234,6 +235,9 @@ def _look_closer_at_area(batch: Batch, lights: LightArrays, light: int, i: int) 
     seen = see_area(lights, light, x, y, z)
     angle = np.float32(seen.angle)
     if angle == _ZERO:
+        return
+    if (lights.kind[light] == IS_ELLIPSE) & is_drawn_in(lights, light, x, y, z):
+        _draw_in(f, lights, light, i, seen)
         return
     nx, ny, nz = f[i + SHADING_NORMAL], f[i + SHADING_NORMAL + Y], f[i + SHADING_NORMAL + Z]
     by_cosine = _ZERO
@@ -252,6 +256,24 @@ def _look_closer_at_area(batch: Batch, lights: LightArrays, light: int, i: int) 
         cosine = max(dx * nx + dy * ny + dz * nz, _ZERO)
         density = by_angle / angle + by_cosine * cosine * INV_PI
         _aim(f, i, dx, dy, dz, reach, _ONE / (density * lights.area[light]))
+
+
+@device
+def _draw_in(f: np.ndarray, lights: LightArrays, light: int, i: int, seen: Seen) -> None:
+    """Choose a point of an ellipse: one of the parallelogram around it, by its solid angle, that is drawn in."""
+    x, y, z = f[i + POSITION], f[i + POSITION + Y], f[i + POSITION + Z]
+    dx, dy, dz = direction_in(seen, f[i + POINT], f[i + POINT + Y])
+    reach, facing, _ = meet_area(lights, light, x, y, z, dx, dy, dz)
+    if (facing <= _ZERO) | (reach <= _ZERO):
+        return
+    s, t = place_met(lights, light, x, y, z, reach * dx, reach * dy, reach * dz)
+    # Seen edge-on, rounding may have moved the point off the light.
+    s, t = clamp01(s + _HALF), clamp01(t + _HALF)
+    _, _, _, drawn_from = towards(lights, light, x, y, z, s - _HALF, t - _HALF)
+    s, t = square_to_disk(s, t)
+    dx, dy, dz, distance = towards(lights, light, x, y, z, _HALF * s, _HALF * t)
+    density, scale = density_drawn_in(np.float32(seen.angle), distance, drawn_from), _ONE / distance
+    _aim(f, i, scale * dx, scale * dy, scale * dz, distance, _ONE / (density * lights.area[light]))
 
 
 @subroutine

@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from .arctangent import arctan2
 from .jit import device
 
 ZERO, QUARTER, HALF, ONE, TWO, FOUR = (np.float32(number) for number in (0, 0.25, 0.5, 1, 2, 4))
@@ -75,6 +76,18 @@ def square_to_disk(u: float, v: float) -> tuple[float, float]:
     radius, other = (a if wide else b), (b if wide else a)
     cosine, sine = cos_sin_octant(QUARTER_PI * (other / (radius if radius != ZERO else ONE)))
     return radius * (cosine if wide else sine), radius * (sine if wide else cosine)
+
+
+@device
+def disk_to_square(x: float, y: float) -> tuple[float, float]:
+    """Where in the square `square_to_disk` takes a point of the unit disk from."""
+    wide = abs(x) > abs(y)
+    main, other = (x if wide else y), (y if wide else x)
+    radius = np.float32(math.sqrt(x * x + y * y))
+    across = radius * arctan2(other, abs(main)) / QUARTER_PI
+    along = radius if main >= ZERO else -radius
+    a, b = (along if wide else across), (across if wide else along)
+    return HALF + HALF * a, HALF + HALF * b
 
 
 @device

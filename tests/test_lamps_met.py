@@ -9,13 +9,33 @@ import numpy as np
 import pytest
 
 from core import AreaLight, Camera, Instance, Material, PointLight, Scene, SpotLight
-from core.scene import VISIBLE_TO_ALL, VISIBLE_TO_DIFFUSE, VISIBLE_TO_GLOSSY, VISIBLE_TO_TRANSMISSION
+from core.scene import (
+    VISIBLE_TO_ALL,
+    VISIBLE_TO_CAMERA,
+    VISIBLE_TO_DIFFUSE,
+    VISIBLE_TO_GLOSSY,
+    VISIBLE_TO_TRANSMISSION,
+)
 from core.shaders import Diffuse, Emission, Glossy, MixShader, Translucent
-from tests.scenes import BLACK, WHITE, Estimate, camera_down, estimate, floor, picture, quad, rotation, translation
+from tests.scenes import (
+    BLACK,
+    WHITE,
+    Estimate,
+    camera_down,
+    estimate,
+    floor,
+    picture,
+    polygon,
+    quad,
+    rotation,
+    translation,
+)
 
 GLOSSY = Material("glossy", Glossy((0.8, 0.8, 0.8), roughness=0.4))
 ROUGH = Material("rough", Diffuse((0.8, 0.8, 0.8), roughness=1.0))
 MIXED = Material("mixed", MixShader(0.5, Diffuse((0.8, 0.8, 0.8)), Glossy((0.8, 0.8, 0.8), roughness=0.6)))
+#: By the camera.
+UNSEEN = VISIBLE_TO_ALL & ~VISIBLE_TO_CAMERA
 #: A camera that looks at a floor aslant.
 ASLANT = Camera(translation(0, 0, 0.2) @ rotation(0, 0.6), (8, 8), (-0.3, 0.3, -0.3, 0.3))
 
@@ -79,6 +99,21 @@ def test_a_lamp_that_lies_in_a_ceiling_shines_as_one_just_below(roughness):
     ceilings = (Instance(quad((0, 0, z), (7.3, 0, 0), (0, 7.1, 0)), materials=(BLACK,)) for z in (1.5, 1.6))
     inside, below = (seen(glossy, (lamp,), (ceiling,)) for ceiling in ceilings)
     assert same(inside, below)
+
+
+@pytest.mark.parametrize("roughness", [0.4, 0.9])
+@pytest.mark.parametrize(("height", "aside"), [(0.7, 0.0), (0.3, 0.3), (0.1, 0.0), (0.1, 1.0)])
+def test_a_disk_lights_gloss_like_a_glowing_polygon_of_its_area(height, aside, roughness):
+    """From close before the disk and from elsewhere it is sampled in other ways, and rays that scatter know which."""
+    glossy = Material("glossy", Glossy((0.8, 0.8, 0.8), roughness=roughness))
+    disk = AreaLight((aside, 0, height), (1, 0, 0), (0, 1, 0), (math.pi**2 / 4,) * 3, "ellipse")
+    sides = 96
+    radius = 0.5 * math.sqrt(2 * math.pi / sides / math.sin(2 * math.pi / sides))
+    angles = np.arange(sides) * (-2 * math.pi / sides)
+    corners = np.column_stack([aside + radius * np.cos(angles), radius * np.sin(angles), np.full(sides, height)])
+    glow = Instance(polygon(corners), materials=(Material("glow", Emission((1.0, 1.0, 1.0))),), visibility=UNSEEN)
+    camera = camera_down(0.02, (8, 8), height=0.05)
+    assert same(seen(glossy, (disk,), camera=camera), seen(glossy, (), (glow,), camera=camera))
 
 
 @pytest.mark.parametrize("count", [1, 12])

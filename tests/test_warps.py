@@ -188,6 +188,12 @@ def test_the_disk_is_shirley_and_chius(u, v):
     assert warps.square_to_disk(F(u), F(v)) == pytest.approx((r * math.cos(phi), r * math.sin(phi)), abs=3e-7)
 
 
+def test_points_of_the_disk_are_taken_back_to_the_square():
+    points = np.concatenate([CORNERS, uniform(1000, 20)])
+    back = warp(warps.disk_to_square, warp(warps.square_to_disk, points).astype(F))
+    np.testing.assert_allclose(back, points, atol=1e-6)
+
+
 @given(unit, unit)
 def test_barycentric_coordinates_are_positive_and_add_up_to_one(u, v):
     weights = warps.square_to_triangle(F(u), F(v))
