@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numba
 from numba.core import config
-from numba.core.caching import FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, UserProvidedCacheLocator
 
 from .kernel_cache import cache_folder
 
@@ -20,8 +20,22 @@ FAST_MATH = {"contract", "reassoc", "nsz", "arcp"}
 _choosing_folder = threading.Lock()
 
 
+class _Locator(UserProvidedCacheLocator):
+    """The folder that is chosen below, also where it can be read only, which numba's own would not take."""
+
+    def ensure_cache_path(self) -> None:
+        with contextlib.suppress(OSError):
+            super().ensure_cache_path()
+
+
+class _InChosenFolder(CompileResultCacheImpl):
+    _locator_classes = (_Locator,)
+
+
 class _KernelCache(FunctionCache):
     """Kernels on disk. Where the disk is full, or a file on it is damaged, they are compiled once more."""
+
+    _impl_class = _InChosenFolder
 
     def load_overload(self, signature: object, target_context: object) -> object | None:
         try:

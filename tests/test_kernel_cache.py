@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from core import Instance, Material, PointLight, RenderSettings, Scene, compilin
 from core.preparation import prepare
 from core.shaders import Glass
 from core.values import EnvironmentTexture
+from tests.full_disk import small_disk
 from tests.scenes import box, camera_down, emitter, floor, translation
 from tests.test_rendering import still_life
 
@@ -35,10 +37,10 @@ def copy(tmp_path) -> Path:
     return tmp_path
 
 
-def ask(copy: Path, code: str = ASK) -> list[str]:
+def ask(copy: Path, code: str = ASK, before: tuple[str, ...] = ()) -> list[str]:
     environment = os.environ | {"ROOKS_CACHE_DIR": str(copy / "cache"), "TMPDIR": str(copy)}
     return subprocess.run(
-        [sys.executable, "-c", code], cwd=copy, env=environment, capture_output=True, text=True, check=True
+        [*before, sys.executable, "-c", code], cwd=copy, env=environment, capture_output=True, text=True, check=True
     ).stdout.split()
 
 
@@ -97,11 +99,83 @@ def test_without_room_for_kernels_one_line_says_so(copy):
     assert f"neither in {copy}/cache nor in a temporary folder: make 32 MB of room" in text
 
 
+def test_a_temporary_folder_is_removed_at_the_end(copy):
+    (copy / "cache").write_text("a file")
+    code = "from core import kernel_cache as k; k.cache_folder().joinpath('x.nbi').touch(); print(k.cache_folder())"
+    assert "rooks-cache-" in ask(copy, code)[0]
+    assert not list(copy.glob("rooks-cache-*"))
+
+
+#: A kernel beside the core's: whether it is loaded, and from where.
+LOAD = """
+import numpy as np, probe
+from core import jit, kernel_cache
+double, numbers = jit.kernel(probe.double), np.ones(1)
+double(numbers)
+print(numbers[0], bool(double.stats.cache_hits), kernel_cache.cache_folder().parent.name)
+"""
+PROBE = "def double(numbers):\n    for i in range(len(numbers)):\n        numbers[i] *= 2\n"
+
+
+def test_a_filled_folder_that_cannot_be_written_is_used(copy):
+    """As it is where somebody else has installed Rooks, or the disk is mounted to be read."""
+    before = ()
+    if os.geteuid() == 0:
+        if not shutil.which("setpriv"):
+            pytest.skip("root may write everywhere, and there is no setpriv to take that from it")
+        before = ("setpriv", "--bounding-set=-dac_override")
+    (copy / "probe.py").write_text(PROBE)
+    assert ask(copy, LOAD) == ["2.0", "False", "cache"]
+    ask(copy, "from core import kernel_cache; kernel_cache.note_compiled()")
+    folders = [copy / "cache", *(path for path in (copy / "cache").rglob("*") if path.is_dir())]
+    for folder in folders:
+        folder.chmod(0o555)
+    loaded = ask(copy, LOAD, before)
+    for folder in folders:
+        folder.chmod(0o755)
+    assert loaded == ["2.0", "True", "cache"]
+
+
+def test_kernels_of_other_versions_are_removed_when_unused_for_a_month(copy):
+    """Those of a folder that is no version's, or that holds something else, are not Rooks' to remove."""
+    days = {"0123456789abcdef": 31, "fedcba9876543210": 29, "aaaaaaaaaaaaaaaa": 31, "kernels": 31}
+    for name, age in days.items():
+        folder = copy / "cache" / name / "core_1"
+        folder.mkdir(parents=True)
+        for file in ("a.nbi", "a.1.nbc", "../complete-1"):
+            (folder / file).touch()
+        if name == "aaaaaaaaaaaaaaaa":
+            (folder / "picture.exr").touch()
+        os.utime(folder.parent, (time.time() - age * 24 * 3600,) * 2)
+    own = ask(copy)[0]
+    kept = {"fedcba9876543210", "aaaaaaaaaaaaaaaa", "kernels", own}
+    assert {path.name for path in (copy / "cache").iterdir()} == kept
+
+
+def test_what_is_used_is_not_old(copy):
+    folder = copy / "cache" / ask(copy)[0]
+    os.utime(folder, (1, 1))
+    ask(copy)
+    assert time.time() - folder.stat().st_mtime < 3600
+
+
+@pytest.mark.parametrize(("megabytes", "folder"), [(1, "rooks-cache-"), (40, "cache")])
+def test_a_disk_that_is_full_or_fills_up_is_no_obstacle(copy, megabytes, folder):
+    (copy / "probe.py").write_text(PROBE)
+    fill_first = "from core import kernel_cache as k; from full_disk import fill; fill(k.cache_folder())"
+    shutil.copy(ROOT / "tests" / "full_disk.py", copy)
+    with small_disk(copy / "cache", megabytes):
+        value, is_loaded, kept_in = ask(copy, fill_first + LOAD if folder == "cache" else LOAD)
+        assert (value, is_loaded) == ("2.0", "False")
+        assert kept_in.startswith(folder)
+        assert not list((copy / "cache").rglob("*.nb*"))
+
+
 @pytest.fixture
 def load(tmp_path, monkeypatch):
     """Loads a small kernel as a new process would: calling it says what it computes, and whether it was compiled."""
     source = tmp_path / "probe.py"
-    source.write_text("def double(numbers):\n    for i in range(len(numbers)):\n        numbers[i] *= 2\n")
+    source.write_text(PROBE)
     monkeypatch.setattr(jit, "cache_folder", lambda: tmp_path / "cache")
 
     def load() -> tuple[float, bool]:
