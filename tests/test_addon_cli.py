@@ -16,7 +16,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from addon.settings import LIGHT_PATHS  # noqa: E402
-from tests.addon_helpers import add, empty_scene, lamp, quad  # noqa: E402
+from tests.addon_helpers import add, empty_scene, feed, lamp, quad, shader  # noqa: E402
+from tests.full_disk import fill, small_disk  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
 
@@ -29,9 +30,23 @@ def run(*arguments, **options) -> subprocess.CompletedProcess:
     return subprocess.run(command(*arguments), cwd=ROOT, capture_output=True, text=True, timeout=600, **options)
 
 
+def infinite_on_the_left() -> bpy.types.Material:
+    """Glossy with a roughness of 10 to the power of 100 where x < 0, and of 1 elsewhere."""
+    paint, glossy = shader("ShaderNodeBsdfGlossy")
+    power = feed(glossy.inputs["Roughness"], "ShaderNodeMath", operation="POWER")
+    power.inputs[0].default_value = 10
+    hundred = feed(power.inputs[1], "ShaderNodeMath", operation="MULTIPLY")
+    hundred.inputs[1].default_value = 100
+    left = feed(hundred.inputs[0], "ShaderNodeMath", operation="LESS_THAN")
+    left.inputs[1].default_value = 0
+    axes = feed(left.inputs[0], "ShaderNodeSeparateXYZ", "X")
+    feed(axes.inputs[0], "ShaderNodeTexCoord", "Object")
+    return paint
+
+
 @pytest.fixture(scope="module")
 def blends(tmp_path_factory) -> Path:
-    """A folder with files to render: good.blend, negative.blend, and some that cannot be rendered."""
+    """A folder with files to render: good.blend, negative.blend, infinite.blend, and some that cannot be rendered."""
     folder = tmp_path_factory.mktemp("blends")
 
     def save(name):
@@ -46,6 +61,10 @@ def blends(tmp_path_factory) -> Path:
     negative = lamp("SUN", -100)
     save("negative.blend")
     bpy.data.objects.remove(negative)
+    bpy.data.objects["Quad"].data.materials.append(infinite_on_the_left())
+    bpy.data.objects["Quad"].scale = (9, 9, 1)
+    save("infinite.blend")
+    bpy.data.objects["Quad"].data.materials.clear()
     scene.camera.data.type = "PANO"
     save("panorama.blend")
     scene.camera.data.type = "PERSP"
@@ -165,6 +184,22 @@ def test_a_full_disk_leaves_the_pictures_that_were_there(blends, tmp_path):
     assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
+@pytest.mark.parametrize(("name", "room"), [("x.exr", 0), ("x.exr", 8192), ("x.png", 8192)])
+def test_a_disk_without_room_leaves_the_picture_that_was_there(blends, tmp_path, name, room):
+    disk = tmp_path / "disk"
+    with small_disk(disk, megabytes=1):
+        picture = disk / name
+        picture.write_text("an older picture")
+        fill(disk, but=room)
+        done = run(blends / "good.blend", "--resolution=400x300", "--samples=1", "--output", picture)
+        assert done.returncode == 1
+        errors = [line for line in done.stderr.splitlines() if "warning" not in line]
+        assert len(errors) == 1
+        assert errors[0].startswith(f"rooks: cannot write {picture}: ")
+        assert sorted(os.listdir(disk)) == ["filler", name]
+        assert picture.read_text() == "an older picture"
+
+
 def test_no_output_is_a_wrong_command(blends):
     done = run(blends / "good.blend")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
@@ -210,6 +245,20 @@ def test_what_was_left_out_is_in_the_summary_and_the_header(blends, tmp_path):
     with openexr.File(str(tmp_path / "x.exr")) as file:
         assert file.header()["rooks:negative_pixels"] > 0
         assert file.header()["rooks:dropped_samples"] == 0
+
+
+def test_samples_that_are_no_numbers_are_counted_in_the_summary_and_the_header(blends, tmp_path):
+    """Those of the left half of the picture, whose roughness is infinite."""
+    done = run(blends / "infinite.blend", "--output", tmp_path / "x.exr")
+    dropped = 20 * 28 * 5
+    for text in (done.stdout, done.stderr):
+        assert f"{dropped} samples were not finite numbers and were left out" in text
+    openexr = pytest.importorskip("OpenEXR")
+    with openexr.File(str(tmp_path / "x.exr")) as file:
+        assert (done.returncode, file.header()["rooks:dropped_samples"]) == (0, dropped)
+        pixels = file.channels()["RGBA"].pixels
+    assert np.isfinite(pixels).all()
+    assert (pixels[:, :20, :3].max(), pixels[:, 20:, :3].min() > 0) == (0, True)
 
 
 def test_two_files_of_one_name_do_not_overwrite_each_other(blends, tmp_path):

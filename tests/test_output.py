@@ -11,6 +11,7 @@ import pytest
 from core import OutputError, write_exr
 from core.files import check_writable, replacing
 from core.film import CHANNELS, Film
+from tests.full_disk import fill, small_disk
 
 OpenEXR = pytest.importorskip("OpenEXR")
 
@@ -136,3 +137,16 @@ def test_a_part_of_the_frame_says_where_it_lies(tmp_path):
         windows = [[tuple(map(int, corner)) for corner in file.header()[k]] for k in ("displayWindow", "dataWindow")]
     # OpenEXR counts rows from the top: the film's 3 rows above the lowest are rows 6 to 8 of 10.
     assert windows == [[(0, 0), (19, 9)], [(2, 6), (6, 8)]]
+
+
+@pytest.mark.parametrize("room", [0, 8192])
+def test_on_a_full_disk_the_older_file_stays_and_one_line_says_why(tmp_path, room):
+    passes = {name: np.random.default_rng(1).random((64, 64, len(c))).astype("f4") for name, c in CHANNELS.items()}
+    disk = tmp_path / "disk"
+    with small_disk(disk, megabytes=1):
+        (disk / "x.exr").write_text("old")
+        fill(disk, but=room)
+        with pytest.raises(OutputError, match=r"^cannot write \S+/x\.exr: [^\n]+$"):
+            write_exr(disk / "x.exr", Film(0, 0, 64, 64, 16, (64, 64), passes), {})
+        assert sorted(os.listdir(disk)) == ["filler", "x.exr"]
+        assert (disk / "x.exr").read_text() == "old"
