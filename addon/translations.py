@@ -177,11 +177,12 @@ _SAMPLERS = {
         "Verteilt die Richtungen, in denen Oberflächen nach der Welt, leuchtenden Netzen und reflektiertem Licht suchen"
     ),
     "Regular": "Regelmäßig",
-    "The centres of a regular grid. Even and free of noise, but equal spacing turns fine detail into moiré patterns "
-    "and near-vertical edges into steps, the same with any seed. For all but comparison take Jittered": (
-        "Die Mitten eines regelmäßigen Gitters. Gleichmäßig und rauschfrei, aber gleiche Abstände machen aus feinen "
-        "Details Moiré und aus fast senkrechten Kanten Stufen, mit jedem Startwert dieselben. Außer zum Vergleich "
-        "besser „Verwackelt“"
+    "The centres of a regular grid, the same in every pixel and frame. Even and free of noise, but fine detail turns "
+    "into moiré, near-vertical edges into steps, and soft shadows and blur into bands and copies. For all but "
+    "comparison take Jittered": (
+        "Die Mitten eines regelmäßigen Gitters, in jedem Pixel und Bild dieselben. Gleichmäßig und rauschfrei, aber "
+        "feine Details werden zu Moiré, fast senkrechte Kanten zu Stufen, weiche Schatten und Unschärfe zu Streifen und "
+        "Doppelbildern. Außer zum Vergleich besser „Verwackelt“"
     ),
     "Random": "Zufällig",
     "Independent random points. Never aliases, but clumps and gaps make it the noisiest of all. Take Multi-Jittered "
@@ -212,12 +213,12 @@ _SAMPLERS = {
         "Bei Zweierpotenzen rauscht Sobol in glattem Licht weniger"
     ),
     "Hammersley": "Hammersley",
-    "Equal steps in x, mirrored binary digits in y. Even over the square and along each axis, but the same points in "
-    "every pixel and frame: patterns in place of noise, and a picture that is shifted, by half a pixel with one "
-    "sample. Take Sobol instead": (
+    "Equal steps in x, mirrored binary digits in y. Even over the square and along each axis, but the same in every "
+    "pixel and frame: moiré, bands and copies in place of noise, and a picture that is shifted, by half a pixel with "
+    "one sample. Take Sobol instead": (
         "Gleiche Schritte in x, gespiegelte Binärziffern in y. Gleichmäßig über das Quadrat und auf jeder Achse, aber "
-        "in jedem Pixel und jedem Bild dieselben Punkte: Muster statt Rauschen und ein verschobenes Bild, mit einem "
-        "Abtastwert um ein halbes Pixel. Besser Sobol"
+        "in jedem Pixel und Bild dieselben Punkte: Moiré, Streifen und Doppelbilder statt Rauschen, und ein "
+        "verschobenes Bild, mit einem Abtastwert um ein halbes Pixel. Besser Sobol"
     ),
     "Sobol, Owen-Scrambled": "Sobol, nach Owen gemischt",
     "Stratified on grids of every shape at once, at random within. The least error where the picture is smooth, and "

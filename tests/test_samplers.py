@@ -97,6 +97,13 @@ def test_a_sampler_says_which_other_one_to_take_where_it_fails(sampler):
     assert any(label in sampler.description for label in others)
 
 
+@every_sampler
+def test_a_sampler_without_chance_says_that_all_pixels_share_its_points(sampler):
+    first, second = sampler(2, 16, np.random.default_rng(1))
+    has_chance = not np.array_equal(first, second)
+    assert has_chance == ("the same in every pixel and frame" not in sampler.description)
+
+
 def test_none_of_the_six_meets_all_four_criteria():
     assert not any(all(SAMPLERS[name].criteria) for name in TEXTBOOK)
 

@@ -36,8 +36,8 @@ SAMPLER = Sampler(
     name="hammersley",
     label="Hammersley",
     description="Equal steps in x, mirrored binary digits in y. Even over the square and along each axis, but the same "
-    "points in every pixel and frame: patterns in place of noise, and a picture that is shifted, by half a pixel with "
-    "one sample. Take Sobol instead",
+    "in every pixel and frame: moiré, bands and copies in place of noise, and a picture that is shifted, by half a "
+    "pixel with one sample. Take Sobol instead",
     number=5,
     origin="Hammersley, 1960",
     criteria=Criteria(even_2d=True, even_1d=True, min_distance=False, irregular=False),

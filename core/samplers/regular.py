@@ -26,8 +26,9 @@ def generate(set_count: int, count: int, rng: np.random.Generator) -> np.ndarray
 SAMPLER = Sampler(
     name="regular",
     label="Regular",
-    description="The centres of a regular grid. Even and free of noise, but equal spacing turns fine detail into moiré "
-    "patterns and near-vertical edges into steps, the same with any seed. For all but comparison take Jittered",
+    description="The centres of a regular grid, the same in every pixel and frame. Even and free of noise, but fine "
+    "detail turns into moiré, near-vertical edges into steps, and soft shadows and blur into bands and copies. For all "
+    "but comparison take Jittered",
     number=0,
     origin="Crow, 1977",
     criteria=Criteria(even_2d=True, even_1d=False, min_distance=True, irregular=False),
