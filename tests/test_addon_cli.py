@@ -17,7 +17,7 @@ bpy = pytest.importorskip("bpy")
 
 from addon.settings import LIGHT_PATHS  # noqa: E402
 from tests.addon_helpers import add, empty_scene, feed, lamp, quad, shader  # noqa: E402
-from tests.full_disk import fill, small_disk  # noqa: E402
+from tests.disks import fill, small_disk  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
 

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from core import Instance, Material, PointLight, RenderSettings, Scene, compilin
 from core.preparation import prepare
 from core.shaders import Glass
 from core.values import EnvironmentTexture
-from tests.full_disk import small_disk
+from tests.disks import read_only, small_disk
 from tests.scenes import box, camera_down, emitter, floor, translation
 from tests.test_rendering import still_life
 
@@ -37,7 +38,7 @@ def copy(tmp_path) -> Path:
     return tmp_path
 
 
-def ask(copy: Path, code: str = ASK, before: tuple[str, ...] = ()) -> list[str]:
+def ask(copy: Path, code: str = ASK, before: Sequence[str] = ()) -> list[str]:
     environment = os.environ | {"ROOKS_CACHE_DIR": str(copy / "cache"), "TMPDIR": str(copy)}
     return subprocess.run(
         [*before, sys.executable, "-c", code], cwd=copy, env=environment, capture_output=True, text=True, check=True
@@ -119,21 +120,11 @@ PROBE = "def double(numbers):\n    for i in range(len(numbers)):\n        number
 
 def test_a_filled_folder_that_cannot_be_written_is_used(copy):
     """As it is where somebody else has installed Rooks, or the disk is mounted to be read."""
-    before = ()
-    if os.geteuid() == 0:
-        if not shutil.which("setpriv"):
-            pytest.skip("root may write everywhere, and there is no setpriv to take that from it")
-        before = ("setpriv", "--bounding-set=-dac_override")
     (copy / "probe.py").write_text(PROBE)
     assert ask(copy, LOAD) == ["2.0", "False", "cache"]
     ask(copy, "from core import kernel_cache; kernel_cache.note_compiled()")
-    folders = [copy / "cache", *(path for path in (copy / "cache").rglob("*") if path.is_dir())]
-    for folder in folders:
-        folder.chmod(0o555)
-    loaded = ask(copy, LOAD, before)
-    for folder in folders:
-        folder.chmod(0o755)
-    assert loaded == ["2.0", "True", "cache"]
+    with read_only(copy / "cache") as before:
+        assert ask(copy, LOAD, before) == ["2.0", "True", "cache"]
 
 
 def test_kernels_of_other_versions_are_removed_when_unused_for_a_month(copy):
@@ -162,13 +153,24 @@ def test_what_is_used_is_not_old(copy):
 @pytest.mark.parametrize(("megabytes", "folder"), [(1, "rooks-cache-"), (40, "cache")])
 def test_a_disk_that_is_full_or_fills_up_is_no_obstacle(copy, megabytes, folder):
     (copy / "probe.py").write_text(PROBE)
-    fill_first = "from core import kernel_cache as k; from full_disk import fill; fill(k.cache_folder())"
-    shutil.copy(ROOT / "tests" / "full_disk.py", copy)
+    fill_first = "from core import kernel_cache as k; from disks import fill; fill(k.cache_folder())"
+    shutil.copy(ROOT / "tests" / "disks.py", copy)
     with small_disk(copy / "cache", megabytes):
         value, is_loaded, kept_in = ask(copy, fill_first + LOAD if folder == "cache" else LOAD)
         assert (value, is_loaded) == ("2.0", "False")
         assert kept_in.startswith(folder)
         assert not list((copy / "cache").rglob("*.nb*"))
+
+
+def test_where_the_temporary_folder_is_on_the_full_disk_too_one_line_says_so(copy):
+    code = "import tempfile; tempfile.tempdir = 'cache'\nfrom core import errors, kernel_cache as k\n"
+    code += "try: k.cache_folder()\nexcept errors.RooksError as e: print(e)"
+    with small_disk(copy / "cache", megabytes=1):
+        text = " ".join(ask(copy, code))
+        assert not list((copy / "cache").glob("rooks-cache-*"))
+    assert text.startswith(
+        f"compiled kernels can be kept neither in {copy}/cache nor in a temporary folder: make 32 MB"
+    )
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 from core import OutputError, write_exr
 from core.files import check_writable, replacing
 from core.film import CHANNELS, Film
-from tests.full_disk import fill, small_disk
+from tests.disks import fill, small_disk
 
 OpenEXR = pytest.importorskip("OpenEXR")
 
