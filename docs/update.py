@@ -22,7 +22,7 @@ if str(ROOT) not in sys.path:
 from core.lab import chart_tables, depth  # noqa: E402 - the path comes first
 from core.lab.efficiency import MILESTONES, TimesFewer, curves, times_fewer  # noqa: E402
 from core.samplers import SAMPLERS, Sampler  # noqa: E402
-from tests.stability.case import GROUPS, all_cases  # noqa: E402
+from tests.stability.case import GROUPS, all_cases, by_sampler  # noqa: E402
 
 DOCS = ROOT / "docs"
 DATA, IMAGES, MADE = DOCS / "data", DOCS / "images", ROOT / "out" / "docs"
@@ -159,7 +159,7 @@ def stability(group: str) -> str:
     rows, sheets = [], []
     for case in (case for case in all_cases() if case.group == group):
         outcome = measured[case.name]
-        samplers = [f"{SAMPLERS[name].label}: {text}" for name, text in outcome["samplers"].items()]
+        samplers = [case.samplers] if case.samplers else by_sampler(outcome["samplers"])
         remedy = [f"*Instead:* {case.instead}"] if case.instead else []
         words = [f"**{case.title}**", case.happens, case.why, "<br>".join(samplers), "<br>".join([case.rooks, *remedy])]
         cells = [*words, "<br>".join(outcome["figures"]), outcome["verdict"]]

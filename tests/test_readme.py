@@ -9,6 +9,7 @@ from pathlib import Path
 import OpenEXR
 import pytest
 
+from core import SAMPLERS
 from core.lab import chart_tables
 from core.lab.efficiency import curves, fit_slope
 from tests.stability.case import all_cases
@@ -32,6 +33,25 @@ def test_the_page_on_stability_has_every_case():
     text = (README.parent / "docs" / "stability.md").read_text(encoding="utf-8")
     for case in all_cases():
         assert f"| **{case.title}** |" in text, f"{case.name}: docs/stability.md needs a block for its group"
+
+
+def test_what_the_page_on_stability_names_for_what_was_mended_is_there():
+    text = (README.parent / "docs" / "stability.md").read_text(encoding="utf-8")
+    heads, _, *rows = re.findall(r"^\| .*\|$", text.partition("## Counts")[0], flags=re.MULTILINE)
+    cases = {case.name for case in all_cases()}
+    assert heads.endswith("| fails without the fix |")
+    for row in rows:
+        named = re.findall(r"`(\S+?)`", row.split(" | ")[-1])
+        assert named, row
+        for name in named:
+            file, _, test = name.rpartition("::")
+            assert name in cases or f"\ndef {test}(" in (README.parent / "tests" / file).read_text("utf-8"), name
+
+
+def test_the_page_on_stability_tells_of_the_samplers_in_every_row():
+    measured = {outcome["name"]: outcome["samplers"] for outcome in update["data"]("stability")}
+    for case in all_cases():
+        assert case.samplers or list(measured[case.name]) == list(SAMPLERS), case.name
 
 
 def test_the_example_of_the_core_runs_and_writes_its_picture(tmp_path, monkeypatch, capsys):

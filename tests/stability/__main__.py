@@ -12,12 +12,12 @@ from PIL import Image
 from rich.console import Console
 from rich.table import Table
 
-from core import SAMPLERS, command_line
+from core import command_line
 from core.files import replacing
 from core.lab.style import make_folder
 from core.lab.tone import display
 
-from .case import GROUPS, LIMIT, RIGHT, WRONG, Case, Outcome, all_cases, run
+from .case import GROUPS, LIMIT, RIGHT, WRONG, Case, Outcome, all_cases, by_sampler, compare_samplers, run
 
 COLORS = {RIGHT: "green", LIMIT: "yellow", WRONG: "red"}
 
@@ -48,6 +48,8 @@ def _run(options: argparse.Namespace) -> int:
     for number, case in enumerate(cases, 1):
         with console.status(f"{number}/{len(cases)} {case.title}"):
             outcomes.append(run(case))
+            if not (case.samplers or outcomes[-1].record.samplers):
+                outcomes[-1].record.samplers.update(compare_samplers(case))
         if options.output:
             _save_pictures(outcomes[-1], options.output)
     console.print(_table(outcomes))
@@ -75,7 +77,7 @@ def _table(outcomes: list[Outcome]) -> Table:
     table = Table("case", "verdict", "figures", "s", title="Stability where methods fail", show_lines=True)
     for outcome in outcomes:
         figures = [f"[red]{text}[/red]" if text in outcome.record.broken else text for text in outcome.record.figures]
-        figures += [f"{SAMPLERS[name].label}: {text}" for name, text in outcome.record.samplers.items()]
+        figures += by_sampler(outcome.record.samplers)
         verdict = f"[{COLORS[outcome.verdict]}]{outcome.verdict}[/]"
         table.add_row(
             f"{outcome.case.title}\n{outcome.case.name}", verdict, "\n".join(figures), f"{outcome.seconds:.1f}"
@@ -91,6 +93,7 @@ def _data(outcomes: list[Outcome]) -> list[dict]:
             "verdict": outcome.verdict,
             "figures": outcome.record.figures,
             "samplers": outcome.record.samplers,
+            "seconds": float(f"{outcome.seconds:.2g}"),
             "pictures": list(outcome.record.pictures),
         }
         for outcome in outcomes

@@ -22,6 +22,7 @@ _WORDS = {
     "why": "Blender believes what a file says: offsets, counts and pointers lead to memory that is not there.",
     "rooks": "Renders what Blender makes of the file, or says in one line what is wrong. Blender itself crashes on "
     "some files, while it opens them or gives out their data; Rooks' own code on none.",
+    "samplers": "That which the file names, multi-jittered, where that is not damaged.",
 }
 
 

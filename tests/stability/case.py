@@ -11,8 +11,11 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
+from unittest.mock import patch
 
 import numpy as np
+
+from core import SAMPLERS, RenderSettings
 
 #: The modules of this package that hold cases, in the order of the page, with their headings there.
 GROUPS = {
@@ -35,10 +38,13 @@ GROUPS = {
 
 RIGHT, LIMIT, WRONG = "right", "limit", "wrong"
 
+#: What `compare_samplers` says of a sampler with which a case keeps all of its claims.
+KEPT = "within the bounds"
+
 
 @dataclass
 class Record:
-    """What a case has measured. `samplers` says for each sampler by its name what it does, where they differ."""
+    """What a case has measured. `samplers` says for each sampler by its name what it does, where a case tells that."""
 
     figures: list[str] = field(default_factory=list)
     broken: list[str] = field(default_factory=list)
@@ -63,7 +69,9 @@ class Case:
     """A case: its words, and what measures it.
 
     `instead` is what to use where a method fails by its nature: such a case claims that it does, and that what stands
-    in `instead` does not. `is_slow` keeps a case that takes more than seconds out of `make test`.
+    in `instead` does not. `samplers` says why samplers need not be compared, where they have no part in a case; of all
+    others that do not tell of each sampler themselves `compare_samplers` does. `is_slow` keeps a case that takes more
+    than seconds out of `make test`.
     """
 
     name: str
@@ -74,6 +82,7 @@ class Case:
     rooks: str
     measure: Callable[[Record], None]
     instead: str = ""
+    samplers: str = ""
     is_slow: bool = False
 
 
@@ -96,14 +105,14 @@ _cases: dict[str, Case] = {}
 
 
 def case(
-    title: str, *, happens: str, why: str, rooks: str, instead: str = "", is_slow: bool = False
+    title: str, *, happens: str, why: str, rooks: str, instead: str = "", samplers: str = "", is_slow: bool = False
 ) -> Callable[[Callable[[Record], None]], Callable[[Record], None]]:
     """Make a function a case; it is called after the function, and stands in the group of its module."""
 
     def register(measure: Callable[[Record], None]) -> Callable[[Record], None]:
         name, group = measure.__name__, measure.__module__.rpartition(".")[2]
         assert name not in _cases, f"two cases are called {name}"
-        _cases[name] = Case(name, group, title, happens, why, rooks, measure, instead, is_slow)
+        _cases[name] = Case(name, group, title, happens, why, rooks, measure, instead, samplers, is_slow)
         return measure
 
     return register
@@ -118,11 +127,52 @@ def all_cases() -> list[Case]:
 
 def run(case: Case) -> Outcome:
     """Measure a case. What it raises is a fault of Rooks or of the case: it is printed, and makes the case wrong."""
-    record, start = Record(), time.perf_counter()
+    start = time.perf_counter()
+    record = _measured(case)
+    assert record.figures, f"{case.name} claims nothing"
+    return Outcome(case, record, time.perf_counter() - start)
+
+
+def compare_samplers(case: Case) -> dict[str, str]:
+    """What becomes of a case's claims with each sampler, by its name, in place of those that the case renders with.
+
+    What a case asks of Random or of Hammersley is about these, and stays.
+    """
+    own, found = RenderSettings.samplers.fget, {}
+    for name in SAMPLERS:
+
+        def chosen(settings: RenderSettings, name: str = name) -> dict[str, str]:
+            of_domains = own(settings)
+            return of_domains if settings.sampler in ("random", "hammersley") else dict.fromkeys(of_domains, name)
+
+        with patch.object(RenderSettings, "samplers", property(chosen)):
+            found[name] = _shortly(_measured(case).broken)
+    return found
+
+
+def _shortly(broken: list[str]) -> str:
+    more = [f"and {len(broken) - 2} more"] if len(broken) > 2 else []
+    return "; ".join(broken[:2] + more) or KEPT
+
+
+def by_sampler(found: dict[str, str]) -> list[str]:
+    """What samplers do, a line each; what most of them do stands last, in one line."""
+    names: dict[str, list[str]] = {}
+    for name, text in found.items():
+        names.setdefault(text, []).append(SAMPLERS[name].label.partition(",")[0])
+    whose = {text: ", ".join(labels) for text, labels in names.items()}
+    for text, labels in names.items():
+        if len(labels) > len(found) / 2:
+            del whose[text]
+            whose[text] = "The others" if whose else "All"
+    return [f"{labels}: {text}" for text, labels in whose.items()]
+
+
+def _measured(case: Case) -> Record:
+    record = Record()
     try:
         case.measure(record)
     except Exception:
         traceback.print_exc()
         record.claim("exceptions", 1, at_most=0)
-    assert record.figures, f"{case.name} claims nothing"
-    return Outcome(case, record, time.perf_counter() - start)
+    return record

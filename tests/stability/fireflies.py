@@ -123,6 +123,7 @@ CAUSTIC, CAUSTIC_CLAMPS = (28, 24, 60, 56), (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.
     happens="Fireflies go, and so does the light that they are.",
     why="As above. With few samples the bias can be less than the noise that it saves; with many it is what is left.",
     rooks="Clamps only when told to, and the setting's tooltip says that it is a bias.",
+    samplers="Tried with the default, Multi-Jittered; the next row has the caustic's brightest pixel with each.",
     instead="More samples, or a larger lamp",
     is_slow=True,
 )

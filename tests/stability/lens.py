@@ -244,6 +244,7 @@ def lens_inside_an_object(record: Record) -> None:
     why="Blender keeps hardly any of these from being set; the renderer divides by most of them.",
     rooks="Takes what Cycles takes (f-stop and focus distance are at least 10⁻⁵, a focus object counts by its "
     "distance), and refuses in one line, with the camera's name, what has no picture.",
+    samplers="Compared with Cycles with the default, Multi-Jittered; a blurred spot, above, is there for each of them.",
     is_slow=True,
 )
 def cameras_of_blender(record: Record) -> None:

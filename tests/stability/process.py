@@ -6,6 +6,7 @@ import gc
 import multiprocessing
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import threading
@@ -17,19 +18,34 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from core import AreaLight, Camera, Film, Instance, Material, OutputError, RenderSettings, Scene, render, write_exr
+from core import (
+    AreaLight,
+    Camera,
+    Film,
+    Instance,
+    Material,
+    OutputError,
+    RenderSettings,
+    Scene,
+    compiling,
+    kernel_cache,
+    render,
+    write_exr,
+)
 from core.command_line import ENDED_BY
 from core.film import PASSES
 from core.preparation import prepare
 from core.progressive import Progressive
 from core.shaders import Glass, Principled
 from core.values import OBJECT, Checker
+from tests.disks import read_only
 from tests.scenes import emitter, floor, sphere, translation
 
 from .case import Record, case
 
 SETTINGS = RenderSettings(samples=9, seed=1, max_bounces=4, threads=2, tile_size=8)
 MOMENTS = 100
+THE_DEFAULT = "Tried with the default, Multi-Jittered. Where points lie has no part in what happens."
 ROOT = Path(__file__).parents[2]
 
 
@@ -60,6 +76,7 @@ def threads_of_renders() -> int:
     happens="After Escape the next render is another picture, waits for ever, or crashes.",
     why="Threads are in the middle of tiles, and use the scene that the caller gives back.",
     rooks="Threads look between batches whether they should stop; the scene is given back by the last who uses it.",
+    samplers=THE_DEFAULT,
 )
 def cancelled_at_any_moment(record: Record) -> None:
     scene = lit_scene()
@@ -132,6 +149,7 @@ def two_renders_at_once(record: Record) -> None:
     happens="An animation takes more and more memory until the system kills it.",
     why="What is made outside of Python, as Embree's structures are, is not collected when it is forgotten.",
     rooks="Gives everything back: the smallest thing that a render could keep is some 10 kB, 10 MB in a thousand.",
+    samplers=THE_DEFAULT,
     is_slow=True,
 )
 def a_thousand_renders(record: Record) -> None:
@@ -156,6 +174,7 @@ def a_thousand_renders(record: Record) -> None:
     happens="Scripts that render in several processes wait for ever.",
     why="A fork copies the memory but only one thread: locks and pools of the others never answer.",
     rooks="Makes threads and Embree's device for each render anew: both children render the parent's picture.",
+    samplers=THE_DEFAULT,
     is_slow=True,  # not among tests: what they compile beside the renderer is linked into it, and can round otherwise
 )
 def forked_after_a_render(record: Record) -> None:
@@ -182,6 +201,7 @@ def _render_in_child(sender) -> None:
     happens="A picture that was there is lost, and half a new one stands in its place.",
     why="Files are opened for writing before it is known whether they fit.",
     rooks="Writes beside the old file, puts the new one in its place when it is whole, and says so where it is not.",
+    samplers="None has a part in it: the picture is there already.",
 )
 def full_disk(record: Record) -> None:
     film = render(lit_scene(), SETTINGS)
@@ -206,10 +226,51 @@ def _write_on_full_disk(path: Path, film: Film) -> None:
 
 
 @case(
+    "A folder of kernels that can only be read",
+    happens="Each start compiles for a minute and leaves a folder behind, or nothing renders at all.",
+    why="What compiles when it is needed asks first for a place to write to, needed or not.",
+    rooks="Loads what is there. Where there is nothing yet it compiles into a temporary folder, which goes at the end.",
+    samplers="None has a part in it: kernels are the same for all.",
+)
+def read_only_kernels(record: Record) -> None:
+    compiling.compile_kernels()
+    kernels = kernel_cache.cache_folder()
+    with TemporaryDirectory() as folder:
+        filled, empty = Path(folder) / "filled", Path(folder) / "empty"
+        shutil.copytree(kernels, filled / kernels.name)
+        empty.mkdir()
+        hits, misses = _said_with_kernels_in(filled, _LOAD)
+        record.claim("times that the kernels there were loaded", int(hits), at_least=1)
+        record.claim("times that they were compiled", int(misses), at_most=0)
+        (used,) = _said_with_kernels_in(empty, "from core import kernel_cache; print(kernel_cache.cache_folder())")
+        record.claim("temporary folders in place of an empty one", "rooks-cache-" in used, at_least=1)
+        record.claim("folders left", len(list(Path(folder).glob("rooks-cache-*"))), at_most=0)
+
+
+_LOAD = """
+from core import compiling
+compiling.load_kernels()
+from core.integrator import render_blocks
+print(sum(render_blocks.stats.cache_hits.values()), sum(render_blocks.stats.cache_misses.values()))
+"""
+
+
+def _said_with_kernels_in(folder: Path, script: str) -> list[str]:
+    """The words that a Python script prints whose kernels are to be in a folder that it can only read."""
+    environment = os.environ | {"ROOKS_CACHE_DIR": str(folder), "TMPDIR": str(folder.parent)}
+    with read_only(folder) as before:
+        command = [*before, sys.executable, "-c", script]
+        return subprocess.run(
+            command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True
+        ).stdout.split()
+
+
+@case(
     "A render that is told to end by a signal",
     happens="kill or Ctrl-C leaves half a picture in the place of a whole one, or a core dump.",
     why="A signal comes in the middle of anything; at the end of a process libraries are torn down in any order.",
     rooks="Stops the threads, gives everything back, says one line, and ends with the status that shells expect.",
+    samplers=THE_DEFAULT,
     is_slow=True,
 )
 def ended_by_a_signal(record: Record) -> None:

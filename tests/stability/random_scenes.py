@@ -34,6 +34,7 @@ _WORDS = {
     "a place in a table may read memory that is not there.",
     "rooks": "Draws scenes and settings with such numbers, renders each twice, with other threads and tiles, and finds "
     "the same finite picture, or one line that names what cannot be rendered.",
+    "samplers": "Drawn with the scenes, one for each domain: all of them keep the bounds.",
 }
 
 
