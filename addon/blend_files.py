@@ -1,4 +1,4 @@
-"""Opening .blend files for a command, and setting in memory what the command asks for.
+"""Opening .blend files for a command, and choosing in them what it asks for.
 
 It is the same on Blender's Python module and inside Blender (`blender FILE.blend --command rooks …`), where the engine
 is registered and the file may be open already.
@@ -13,6 +13,7 @@ from pathlib import Path
 
 from . import is_registered, register, unregister
 from ._core import core
+from .scene_options import set_scene
 
 
 @contextmanager
@@ -50,9 +51,12 @@ def check_blend(blend: Path) -> None:
 
 
 def open_scene(blend: Path, options: argparse.Namespace):
-    """Open a file and return its active scene, for Rooks to render as a command's options say.
+    """Open a file and return its active scene, or the one that is asked for, for Rooks to render as options say.
 
     A file that Blender has open stays as it is, with all that has been done to it.
+
+    Raises:
+        SceneError: it cannot be opened, or does not have what is asked for.
     """
     import bpy
 
@@ -64,6 +68,13 @@ def open_scene(blend: Path, options: argparse.Namespace):
         except RuntimeError:
             raise core.errors.SceneError(f"{blend} is not a .blend file, or it is damaged") from None
     scene = bpy.context.scene
+    if options.scene is not None:
+        scene = _named(bpy.data.scenes, options.scene, f"{blend} has no scene")
+    if options.view_layer is not None:
+        _keep_layer(scene, _named(scene.view_layers, options.view_layer, f'{blend}: "{scene.name}" has no view layer'))
+    if options.camera is not None:
+        cameras = {obj.name: obj for obj in scene.objects if obj.type == "CAMERA"}
+        _look_through(scene, _named(cameras, options.camera, f'{blend}: "{scene.name}" has no camera'))
     if scene.camera is None:
         # Blender finds that out by itself, but does not say what to do.
         raise core.errors.SceneError(f"{blend}: {no_camera_text(scene)}")
@@ -71,25 +82,33 @@ def open_scene(blend: Path, options: argparse.Namespace):
     return scene
 
 
+def _named(things, name: str, missing: str):
+    """One of Blender's things by its name; `missing` begins the error where there is none of this name."""
+    if name not in things:
+        names = ", ".join(f'"{known}"' for known in things.keys())  # noqa: SIM118 - may be a collection of Blender's
+        raise core.errors.SceneError(f'{missing} "{name}": ' + (f"choose {names}" if names else "it has none"))
+    return things[name]
+
+
+def _keep_layer(scene, kept) -> None:
+    for layer in scene.view_layers:
+        layer.use = layer == kept
+
+
+def _look_through(scene, camera) -> None:
+    for marker in scene.timeline_markers:  # they choose the camera on their frames, and whenever one is changed
+        marker.camera = None
+    scene.camera = camera
+
+
 def _prepare(scene, options: argparse.Namespace) -> None:
-    """Set what all commands have options for."""
+    """Make a scene one that Rooks renders, and nothing else."""
     from .engine import ENGINE_ID
-    from .settings import LIGHT_PATHS
 
     scene.render.engine = ENGINE_ID
     scene.render.use_sequencer = False
     scene.render.use_compositing = False  # its File Output nodes would write files that nobody asked for
-    if options.frame is not None:
-        scene.frame_set(options.frame)
-    if options.resolution is not None:
-        scene.render.resolution_x, scene.render.resolution_y = options.resolution
-        scene.render.resolution_percentage = 100
-    if options.threads is not None:
-        scene.render.threads_mode = "FIXED" if options.threads else "AUTO"
-        scene.render.threads = options.threads or scene.render.threads
-    for name in ("seed", *LIGHT_PATHS):
-        if getattr(options, name) is not None:
-            setattr(scene.rooks, name, getattr(options, name))
+    set_scene(scene, options)
 
 
 def keep_first_layer(scene) -> list[str]:

@@ -1,30 +1,21 @@
 """The command line: `python -m addon render FILE.blend --output PATH …`, and `compare FILE.blend --output FOLDER …`.
 
 Inside Blender they are `blender FILE.blend --command rooks render --output PATH …` and `… compare …`. How they say what
-is wrong, and their exit statuses: see `core.command_line`.
+is wrong, and their exit statuses: see `core.command_line`. Options that both have: see `scene_options`.
 """
 
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Sequence
 from pathlib import Path
 
 from . import comparing
 from ._core import core
+from .scene_options import add_frame, add_scene_options
 
 kinds = core.command_line  # of arguments
 
-#: Blender's own limit.
-MAX_FRAME = 1048574
-BOUNCES = {
-    "max": "how often light is reflected or let through in all; 0 is direct light only",
-    "diffuse": "how often it is reflected diffusely",
-    "glossy": "how often it is reflected by glossy surfaces",
-    "transmission": "how often it goes through glass and the like",
-    "transparent": "how many transparent surfaces it passes straight on",
-}
 DOMAINS = {"pixel": "the area of a pixel", "lens": "the lens", "light": "the lights", "bsdf": "the surfaces"}
 
 
@@ -95,11 +86,34 @@ def _add_render(commands: argparse._SubParsersAction, opened: Path | None) -> No
         parser.add_argument(f"--{domain}-sampler", type=kinds.sampler, metavar="NAME", help=f"another one for {place}")
     parser.add_argument(
         "--samples",
+        dest="rooks.samples",
         type=kinds.integer(1, core.limits.MAX_SAMPLES),
         metavar="N",
         help="samples per pixel; a sampler that cannot make this count takes the next one above that it can",
     )
-    _add_scene_options(parser, "chooses the noise pattern", "the size in pixels, such as 640x360")
+    _add_frames(parser)
+    add_scene_options(parser, "chooses the noise pattern", "the size in pixels, such as 640x360")
+    parser.add_argument(
+        "--crop",
+        dest="render.use_crop_to_border",
+        action=argparse.BooleanOptionalAction,
+        help="whether a picture is cut to the region, or is as large as the frame and empty around it",
+    )
+    parser.add_argument(
+        "--denoising-data",
+        action=argparse.BooleanOptionalAction,
+        help="whether an .exr has the Denoising Albedo beside the other passes, which takes time of its own",
+    )
+
+
+def _add_frames(parser: argparse.ArgumentParser) -> None:
+    add_frame(parser)
+    parser.add_argument(
+        "--animate-seed",
+        dest="rooks.use_animated_seed",
+        action=argparse.BooleanOptionalAction,
+        help="whether each frame has a noise pattern of its own",
+    )
 
 
 def _add_compare(commands: argparse._SubParsersAction, opened: Path | None) -> None:
@@ -144,39 +158,9 @@ def _add_compare(commands: argparse._SubParsersAction, opened: Path | None) -> N
         metavar="N",
         help=f"how many noise patterns of each are measured; default: {comparing.DEFAULT_SEEDS}",
     )
+    add_frame(parser)
     size = f"the size in pixels, such as 640x360; default: the file's, its longer side at most {comparing.DEFAULT_SIZE}"
-    _add_scene_options(parser, "chooses the noise patterns", size)
-
-
-def _add_scene_options(parser: argparse.ArgumentParser, seed: str, size: str) -> None:
-    """What every command can set; `seed` and `size` are what it says of those two."""
-    parser.add_argument(
-        "--frame", type=kinds.integer(-MAX_FRAME, MAX_FRAME), metavar="N", help="the frame of the animation"
-    )
-    parser.add_argument("--seed", type=kinds.integer(0, core.limits.MAX_SEED), metavar="N", help=seed)
-    limits = core.limits
-    for name, text in BOUNCES.items():
-        largest = limits.MAX_TRANSPARENT_BOUNCES if name == "transparent" else limits.MAX_BOUNCES
-        parser.add_argument(f"--{name}-bounces", type=kinds.integer(0, largest), metavar="N", help=text)
-    parser.add_argument(
-        "--clamp-indirect",
-        type=_limit,
-        metavar="X",
-        help="cut off what one sample of bounced light adds above this, which darkens the picture; 0 is off",
-    )
-    parser.add_argument("--resolution", type=kinds.resolution, metavar="WxH", help=size)
-    parser.add_argument("--threads", type=kinds.integer(0, 1024), metavar="N", help="threads; 0 is one per core")
-
-
-def _limit(text: str) -> float:
-    """An argument that is a finite number of at least 0."""
-    try:
-        value = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-    if not 0.0 <= value < math.inf:
-        raise argparse.ArgumentTypeError(f"must be 0 or more, not {text}")
-    return value
+    add_scene_options(parser, "chooses the noise patterns", size)
 
 
 # Blender takes a second to load: only for a command that is right so far.

@@ -9,6 +9,7 @@ from ._core import core
 from .blend_files import check_blend, engine_registered, keep_first_layer, open_scene
 from .console import Console, progress_bar, quiet_blender
 from .outputs import DISPLAY_FORMATS, plan_outputs
+from .scene_options import set_property
 from .watch import Watch, watched_render
 
 #: How files end in the formats of which Blender does not say that it could not write all.
@@ -37,11 +38,57 @@ def render_files(options: argparse.Namespace) -> int:
 def _render_file(blend: Path, paths: list[Path], options: argparse.Namespace, console: Console) -> None:
     scene = open_scene(blend, options)
     _prepare(scene, options)
-    watch = _render(scene, blend, console)
-    for warning in watch.warnings:
-        print(f"rooks: warning: {warning}", file=console.err)
+    told: set[str] = set()
+    _warn(keep_first_layer(scene), told, console)
+    _render_frame(scene, blend, "", paths, told, console)
+
+
+def _prepare(scene, options: argparse.Namespace) -> None:
+    for layer in scene.view_layers:  # Blender keeps of a film what its layers ask for
+        layer.use_pass_z = layer.use_pass_normal = layer.rooks.use_pass_sampling_error = True
+        if options.denoising_data is not None:
+            layer.rooks.use_pass_denoising_data = options.denoising_data
+    # Blender would keep the path of the .blend, the date and more in the picture.
+    for name in scene.render.bl_rna.properties.keys():  # noqa: SIM118 - a collection of Blender's, not a dict
+        if name.startswith("use_stamp"):
+            setattr(scene.render, name, False)
+    _choose_samplers(scene, options)
+
+
+def _choose_samplers(scene, options: argparse.Namespace) -> None:
+    """`--sampler` is for all domains, whatever the file says; a domain's own option overrides it there."""
+    rooks = scene.rooks
+    domains = ("pixel_sampler", "lens_sampler", "light_sampler", "bsdf_sampler")
+    chosen = {domain: getattr(options, domain) for domain in domains}
+    if options.sampler is not None:
+        set_property(scene, "rooks.sampler", options.sampler.upper())
+        set_property(scene, "rooks.use_separate_samplers", False)
+    if not any(chosen.values()):
+        return
+    for domain, name in chosen.items():
+        if name is not None:
+            set_property(scene, f"rooks.{domain}", name.upper())
+        elif not rooks.use_separate_samplers:
+            set_property(scene, f"rooks.{domain}", rooks.sampler)
+    set_property(scene, "rooks.use_separate_samplers", True)
+
+
+def _render_frame(scene, blend: Path, suffix: str, paths: list[Path], told: set[str], console: Console) -> None:
+    """Render a scene as it is on its current frame, and save it; `suffix` follows the file's name where that is said.
+
+    Warnings in `told` are not told again.
+    """
+    with progress_bar(console) as on_progress:
+        watch = Watch(lambda done, total: on_progress(done / total, blend.name + suffix), err=console.err)
+        try:
+            watched_render(watch, scene=scene.name)
+        except core.errors.SceneError as error:
+            raise core.errors.SceneError(f"{blend}{suffix}: {error}") from None
+    if not watch.films:
+        raise core.errors.SceneError(f"{blend}{suffix}: Blender rendered nothing")
+    _warn(watch.warnings, told, console)
     film, settings = watch.films[0], watch.settings[0]
-    print(_summary(blend, film, settings), file=console.out)
+    print(_summary(blend.name + suffix, film, settings), file=console.out)
     for path in paths:
         if path.suffix.lower() == ".exr":
             _save_passes(scene, path, film, settings)
@@ -50,54 +97,18 @@ def _render_file(blend: Path, paths: list[Path], options: argparse.Namespace, co
         print(f"  saved {path}", file=console.out)
 
 
-def _prepare(scene, options: argparse.Namespace) -> None:
-    for layer in scene.view_layers:  # Blender keeps of a film what its layers ask for
-        layer.use_pass_z = layer.use_pass_normal = layer.rooks.use_pass_sampling_error = True
-    # Blender would keep the path of the .blend, the date and more in the picture.
-    for name in scene.render.bl_rna.properties.keys():  # noqa: SIM118 - a collection of Blender's, not a dict
-        if name.startswith("use_stamp"):
-            setattr(scene.render, name, False)
-    if options.samples is not None:
-        scene.rooks.samples = options.samples
-    _choose_samplers(scene.rooks, options)
+def _warn(warnings: list[str], told: set[str], console: Console) -> None:
+    for warning in warnings:
+        if warning not in told:
+            print(f"rooks: warning: {warning}", file=console.err)
+    told.update(warnings)
 
 
-def _choose_samplers(rooks, options: argparse.Namespace) -> None:
-    """`--sampler` is for all domains, whatever the file says; a domain's own option overrides it there."""
-    domains = ("pixel_sampler", "lens_sampler", "light_sampler", "bsdf_sampler")
-    chosen = {domain: getattr(options, domain) for domain in domains}
-    if options.sampler is not None:
-        rooks.sampler = options.sampler.upper()
-        rooks.use_separate_samplers = False
-    if not any(chosen.values()):
-        return
-    for domain, name in chosen.items():
-        if name is not None:
-            setattr(rooks, domain, name.upper())
-        elif not rooks.use_separate_samplers:
-            setattr(rooks, domain, rooks.sampler)
-    rooks.use_separate_samplers = True
-
-
-def _render(scene, blend: Path, console: Console) -> Watch:
-    left_out = keep_first_layer(scene)
-    with progress_bar(console) as on_progress:
-        watch = Watch(lambda done, total: on_progress(done / total, blend.name), err=console.err)
-        try:
-            watched_render(watch)
-        except core.errors.SceneError as error:
-            raise core.errors.SceneError(f"{blend}: {error}") from None
-    if not watch.films:
-        raise core.errors.SceneError(f"{blend}: Blender rendered nothing")
-    watch.warnings += left_out
-    return watch
-
-
-def _summary(blend: Path, film: core.Film, settings: core.settings.RenderSettings) -> str:
+def _summary(title: str, film: core.Film, settings: core.settings.RenderSettings) -> str:
     from .progress import losses, sample_text, sampler_text, speed_text
 
     text = (
-        f"{blend.name}: {sampler_text(settings)}, {sample_text(settings)}, {film.width} × {film.height} pixels, "
+        f"{title}: {sampler_text(settings)}, {sample_text(settings)}, {film.width} × {film.height} pixels, "
         f"{film.seconds:.2f} s and {film.setup_seconds:.2f} s to set up, {speed_text(film.samples_per_second)}"
     )
     return "; ".join([text, *losses(film)])

@@ -39,10 +39,13 @@ def compare_file(options: argparse.Namespace) -> int:
 def _plan(options: argparse.Namespace, console: Console) -> tuple[comparing.Plan, tuple[str, ...]]:
     scene = open_scene(options.file, options)
     # These load bpy.
+    from .camera import frame_resolution
     from .handover import hand_over, size_within
 
     try:
-        size = options.resolution or size_within(scene.render, comparing.DEFAULT_SIZE)
+        size = size_within(scene.render, comparing.DEFAULT_SIZE)
+        if options.resolution is not None:
+            size = frame_resolution(scene.render)
         handed = hand_over(scene, size, console.err)
     except core.errors.SceneError as error:
         raise core.errors.SceneError(f"{options.file}: {error}") from None

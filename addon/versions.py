@@ -46,6 +46,20 @@ def choose_multilayer_format(settings: bpy.types.ImageFormatSettings) -> None:
     settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
 
 
+def animation_curves(block: bpy.types.ID) -> list[bpy.types.FCurve]:
+    """The curves and drivers that animate a data block's properties. From 4.4 on an action is one of layers."""
+    animation = block.animation_data
+    if animation is None:
+        return []
+    drivers, action = list(animation.drivers), animation.action
+    if action is None:
+        return drivers
+    if not hasattr(animation, "action_slot"):
+        return drivers + list(action.fcurves)
+    bags = (bag for layer in action.layers for strip in layer.strips for bag in strip.channelbags)
+    return drivers + [curve for bag in bags if bag.slot == animation.action_slot for curve in bag.fcurves]
+
+
 def path_options() -> set[str]:
     """The options of a property that is a path: it may begin with "//". That has to be said from 4.5 on."""
     return {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5) else set()

@@ -65,9 +65,10 @@ def blends(tmp_path_factory) -> Path:
     bpy.data.objects["Quad"].scale = (9, 9, 1)
     save("infinite.blend")
     bpy.data.objects["Quad"].data.materials.clear()
-    scene.camera.data.type = "PANO"
+    camera = scene.camera.data
+    camera.type = "PANO"
     save("panorama.blend")
-    scene.camera.data.type = "PERSP"
+    camera.type = "PERSP"
     broken = quad("Broken")
     broken.data.vertices[0].co.x = float("nan")
     save("broken.blend")
@@ -136,6 +137,19 @@ def test_options_override_the_file(blends, tmp_path):
         ("good.blend", ["--clamp-indirect", "inf"], 2, "must be 0 or more"),
         ("good.blend", ["--clamp-indirect", "much"], 2, "not a number"),
         ("good.blend", ["--frame", "9999999"], 2, "between -1048574 and 1048574"),
+        ("good.blend", ["--filter", "sinc"], 2, "unknown filter 'sinc': choose box or blackman_harris"),
+        ("good.blend", ["--filter-width", "0"], 2, "between 0.01 and 10"),
+        ("good.blend", ["--filter-width", "nan"], 2, "between 0.01 and 10"),
+        ("good.blend", ["--tile-size", "3"], 2, "between 4 and 4096"),
+        ("good.blend", ["--percentage", "0"], 2, "between 1 and"),
+        ("good.blend", ["--border", "0", "1", "0"], 2, "--border: expected 4 arguments"),
+        ("good.blend", ["--border", "0", "1.5", "0", "1"], 2, "between 0 and 1, not 1.5"),
+        ("good.blend", ["--border", "-0.5", "1", "0", "1"], 2, "between 0 and 1, not -0.5"),
+        ("good.blend", ["--border", "0", "1", "0.7", "0.7"], 2, "BOTTOM less than TOP"),
+        ("good.blend", ["--border", "0.5", "0.501", "0", "1"], 1, "too small"),
+        ("good.blend", ["--view-layer", "Clay"], 1, '"Scene" has no view layer "Clay": choose "ViewLayer"'),
+        ("good.blend", ["--camera", "Lamp"], 1, '"Scene" has no camera "Lamp": choose "Camera"'),
+        ("good.blend", ["--scene", "Set"], 1, 'good.blend has no scene "Set": choose "Scene"'),
         ("good.blend", ["--what"], 2, "unrecognized arguments: --what"),
         ("good.blend", ["--output", "nowhere/x.exr"], 1, "nowhere does not exist"),
         ("good.blend", ["--output", "/proc/x.exr"], 1, "cannot write into the folder /proc"),

@@ -24,7 +24,9 @@ from tests.translation_helpers import (  # noqa: E402
 )
 
 #: What the command line says, also where there is no Blender to translate it.
-OF_THE_COMMAND_LINE = {"blend_files", "cli", "comparing", "console", "headless", "headless_compare", "outputs"}
+OF_THE_COMMAND_LINE = {
+    *("blend_files", "cli", "comparing", "console", "headless", "headless_compare", "outputs", "scene_options"),
+}
 
 
 @pytest.fixture
