@@ -12,7 +12,7 @@ from pathlib import Path
 
 from . import comparing
 from ._core import core
-from .scene_options import add_frame, add_scene_options
+from .scene_options import add_frame, add_scene_options, frame
 
 kinds = core.command_line  # of arguments
 
@@ -107,7 +107,16 @@ def _add_render(commands: argparse._SubParsersAction, opened: Path | None) -> No
 
 
 def _add_frames(parser: argparse.ArgumentParser) -> None:
-    add_frame(parser)
+    frames = parser.add_mutually_exclusive_group()
+    add_frame(frames)
+    frames.add_argument(
+        "--frames",
+        nargs=2,
+        type=frame,
+        action=_FramesAction,
+        metavar=("FIRST", "LAST"),
+        help="every frame from one to another; each one's number ends the names of its pictures, such as NAME_0001.exr",
+    )
     parser.add_argument(
         "--animate-seed",
         dest="rooks.use_animated_seed",
@@ -161,6 +170,16 @@ def _add_compare(commands: argparse._SubParsersAction, opened: Path | None) -> N
     add_frame(parser)
     size = f"the size in pixels, such as 640x360; default: the file's, its longer side at most {comparing.DEFAULT_SIZE}"
     add_scene_options(parser, "chooses the noise patterns", size)
+
+
+class _FramesAction(argparse.Action):
+    """Keeps the first and the last of a range of frames."""
+
+    def __call__(self, parser, namespace, values: Sequence[int], option_string=None) -> None:
+        first, last = values
+        if first > last:
+            raise argparse.ArgumentError(self, f"the first frame, {first}, comes after the last, {last}")
+        setattr(namespace, self.dest, values)
 
 
 # Blender takes a second to load: only for a command that is right so far.

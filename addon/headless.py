@@ -8,7 +8,7 @@ from pathlib import Path
 from ._core import core
 from .blend_files import check_blend, engine_registered, keep_first_layer, open_scene
 from .console import Console, progress_bar, quiet_blender
-from .outputs import DISPLAY_FORMATS, plan_outputs
+from .outputs import DISPLAY_FORMATS, frame_path, plan_outputs
 from .scene_options import set_property
 from .watch import Watch, watched_render
 
@@ -40,7 +40,14 @@ def _render_file(blend: Path, paths: list[Path], options: argparse.Namespace, co
     _prepare(scene, options)
     told: set[str] = set()
     _warn(keep_first_layer(scene), told, console)
-    _render_frame(scene, blend, "", paths, told, console)
+    if options.frames is None:
+        _render_frame(scene, blend, "", paths, told, console)
+        return
+    first, last = options.frames
+    for frame in range(first, last + 1):
+        scene.frame_set(frame)
+        numbered = [frame_path(path, frame) for path in paths]
+        _render_frame(scene, blend, f", frame {frame}", numbered, told, console)
 
 
 def _prepare(scene, options: argparse.Namespace) -> None:

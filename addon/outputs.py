@@ -36,6 +36,11 @@ def plan_outputs(blend: Path, outputs: Sequence[str], file_count: int) -> list[P
     return paths
 
 
+def frame_path(path: Path, frame: int) -> Path:
+    """Where one frame of a range is saved: its number, of four digits and more, ends the name."""
+    return path.with_stem(f"{path.stem}_{'-' if frame < 0 else ''}{abs(frame):04}")
+
+
 def _expand(blend: Path, output: str, file_count: int) -> list[Path]:
     path = Path(output)
     if output.endswith(("/", os.sep)) or path.is_dir():

@@ -68,7 +68,11 @@ def blends(tmp_path_factory) -> Path:
     camera = scene.camera.data
     camera.type = "PANO"
     save("panorama.blend")
+    camera.keyframe_insert("type", frame=2)
     camera.type = "PERSP"
+    camera.keyframe_insert("type", frame=1)
+    save("panorama_from_2.blend")
+    camera.animation_data_clear()
     broken = quad("Broken")
     broken.data.vertices[0].co.x = float("nan")
     save("broken.blend")
@@ -137,6 +141,9 @@ def test_options_override_the_file(blends, tmp_path):
         ("good.blend", ["--clamp-indirect", "inf"], 2, "must be 0 or more"),
         ("good.blend", ["--clamp-indirect", "much"], 2, "not a number"),
         ("good.blend", ["--frame", "9999999"], 2, "between -1048574 and 1048574"),
+        ("good.blend", ["--frames", "3"], 2, "--frames: expected 2 arguments"),
+        ("good.blend", ["--frames", "5", "3"], 2, "the first frame, 5, comes after the last, 3"),
+        ("good.blend", ["--frames", "1", "2", "--frame", "1"], 2, "not allowed with argument --frames"),
         ("good.blend", ["--filter", "sinc"], 2, "unknown filter 'sinc': choose box or blackman_harris"),
         ("good.blend", ["--filter-width", "0"], 2, "between 0.01 and 10"),
         ("good.blend", ["--filter-width", "nan"], 2, "between 0.01 and 10"),
@@ -224,6 +231,14 @@ def test_several_files_need_a_folder(blends, tmp_path):
     done = run(blends / "good.blend", blends / "panorama.blend", "--output", tmp_path / "x.exr")
     assert done.returncode == 1
     assert "give --output a folder" in done.stderr
+
+
+def test_a_frame_that_cannot_be_rendered_is_named_and_those_before_it_are_there(blends, tmp_path):
+    done = run(blends / "panorama_from_2.blend", "--output", tmp_path / "x.exr", "--frames", 1, 3)
+    assert (done.returncode, os.listdir(tmp_path)) == (1, ["x_0001.exr"])
+    warning, error = done.stderr.splitlines()
+    assert warning == 'rooks: warning: object "Nothing" has no faces: there is nothing to render'
+    assert 'panorama_from_2.blend, frame 2: the camera "Camera" is panoramic' in error
 
 
 def test_help_explains_every_option():

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +14,8 @@ bpy = pytest.importorskip("bpy")
 
 from addon.cli import main  # noqa: E402
 from tests.addon_helpers import add, empty_scene, lamp, quad, shader  # noqa: E402
+
+ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +62,37 @@ def rendered(film: Path, path: Path, *options) -> np.ndarray:
     return pixels(path)
 
 
+def test_a_range_of_frames_is_each_of_them_under_its_number(film, tmp_path, capfd):
+    options = ("--view-layer", "ViewLayer", "--samples", 3)
+    (tmp_path / "x.exr").write_text("an older picture")
+    render(film, "--output", tmp_path / "x.exr", "--output", f"{tmp_path}/", "--frames", -1, 2, *options)
+    printed = capfd.readouterr()
+    numbers = ("-0001", "0000", "0001", "0002")
+    wanted = [
+        f"{name}_{number}.{end}" for name, end in (("film", "exr"), ("film", "png"), ("x", "exr")) for number in numbers
+    ]
+    assert sorted(os.listdir(tmp_path)) == sorted([*wanted, "x.exr"])
+    assert (tmp_path / "x.exr").read_text() == "an older picture"
+    told = [line.partition(":")[0] for line in printed.out.splitlines() if "saved" not in line]
+    assert told == [f"film.blend, frame {frame}" for frame in range(-1, 3)]
+    assert printed.err == ""
+    for frame in (1, 2):
+        single = rendered(film, tmp_path / "single.exr", "--frame", frame, *options)
+        np.testing.assert_array_equal(pixels(tmp_path / f"x_000{frame}.exr"), single)
+    assert (pixels(tmp_path / "x_0001.exr") != pixels(tmp_path / "x_0002.exr")).any()
+    assert (pixels(tmp_path / "x_0000.exr") == pixels(tmp_path / "x_0001.exr")).all(), "nothing moves before frame 1"
+
+
+def test_an_animated_seed_is_another_for_each_frame(film, tmp_path):
+    render(film, "--output", tmp_path / "x.exr", "--frames", 0, 1, "--animate-seed", "--seed", 5)
+    openexr = pytest.importorskip("OpenEXR")
+    seeds = []
+    for number in ("0000", "0001"):
+        with openexr.File(str(tmp_path / f"x_{number}.exr")) as file:
+            seeds.append(file.header()["rooks:seed"])
+    assert seeds == [5, 6]
+
+
 def test_a_view_layer_is_rendered_alone(film, tmp_path, capfd):
     white = rendered(film, tmp_path / "first.exr")
     assert 'only the first of 2 view layers, "ViewLayer", is rendered' in capfd.readouterr().err
@@ -66,6 +102,19 @@ def test_a_view_layer_is_rendered_alone(film, tmp_path, capfd):
     assert red[..., 0].max() > 0.1
     assert red[..., 1].max() == 0
     np.testing.assert_array_equal(rendered(film, tmp_path / "off.exr", "--view-layer", "Off"), white)
+
+
+def test_a_camera_counts_more_than_the_markers(film, tmp_path):
+    options = ("--view-layer", "ViewLayer", "--frames", 1, 3)
+    for name, camera in (("own", ()), ("near", ("--camera", "Near")), ("far", ("--camera", "Camera"))):
+        render(film, "--output", tmp_path / f"{name}.exr", *camera, *options)
+    covered = {path.stem: (pixels(path)[..., :3] > 0).any(-1).sum() for path in tmp_path.iterdir()}
+    # Seen from 4 m a quad is (10 / 4)² times as large as from 10 m, as far as it is in the picture.
+    assert covered["near_0001"] > 2 * covered["far_0001"] > 0
+    assert covered["near_0001"] > 2 * covered["own_0001"]
+    assert covered["own_0001"] == covered["far_0001"]
+    np.testing.assert_array_equal(pixels(tmp_path / "own_0003.exr"), pixels(tmp_path / "near_0003.exr"))
+    assert (pixels(tmp_path / "own_0003.exr") != pixels(tmp_path / "far_0003.exr")).any()
 
 
 def test_another_scene_is_rendered_in_every_format(film, tmp_path):
@@ -112,3 +161,18 @@ def test_denoising_data_are_a_pass_more(film, tmp_path):
     np.testing.assert_allclose(red[14, 20], (1, 0, 0), atol=1e-6)
     with pytest.importorskip("OpenEXR").File(str(tmp_path / "without.exr")) as file:
         assert not any(name.startswith(albedo) for name in file.channels())
+
+
+def test_in_blender_the_open_file_takes_the_same_options(film, tmp_path):
+    options = ("--view-layer", "Red", "--camera", "Near", "--border", "0", "0.5", "0", "1", "--frames", "1", "2")
+    render(film, "--output", tmp_path / "outside.exr", *options)
+    script = (
+        f"import bpy, sys, addon.cli; addon.register(); bpy.ops.wm.open_mainfile(filepath={str(film)!r}); "
+        "sys.exit(addon.cli.run_in_blender(sys.argv[1:]))"
+    )
+    whole = [sys.executable, "-c", script, "render", "--output", str(tmp_path / "inside.exr"), *options]
+    done = subprocess.run(whole, cwd=ROOT, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    for number in ("0001", "0002"):
+        inside, outside = (pixels(tmp_path / f"{name}_{number}.exr") for name in ("inside", "outside"))
+        np.testing.assert_array_equal(inside, outside)
