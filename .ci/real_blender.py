@@ -62,6 +62,7 @@ def without_window(blender: Blender, home: Path, zip_file: str) -> None:
     refuses(blender, home)
     fails(blender, home)
     renders_by_command(blender, home)
+    renders_frames_by_command(blender, home)
     compares(blender, home)
     speaks_german(blender)
     starts_quickly(blender)
@@ -151,6 +152,17 @@ def renders_by_command(blender: Blender, home: Path) -> None:
         if older.read_text() != "an older picture":
             raise CheckError(f"the render command destroys a picture where {says}")
     print("ok: renders by its own command, and says what is wrong with exit codes 1 and 2", flush=True)
+
+
+def renders_frames_by_command(blender: Blender, home: Path) -> None:
+    """The extension's own command renders a range of frames, a region of each, as the command without Blender does."""
+    region = ("--border", "0", "1", "0", "0.5", "--crop", "--transparent", "--filter", "blackman_harris")
+    options = ("render", "--resolution", "64x40", "--samples", "4", *region, "--frames", "1", "2", "--output")
+    blender.succeed(SCENE, "--command", "rooks", *options, str(home / "inside.exr"))
+    subprocess.run([sys.executable, "-m", "addon", *options, str(home / "outside.exr"), SCENE], cwd=ROOT, check=True)
+    for number in ("0001", "0002"):
+        check_alike(home / f"inside_{number}.exr", home / f"outside_{number}.exr")
+    print("ok: renders frames and a region of them by its own command", flush=True)
 
 
 def check_alike(inside: Path, outside: Path) -> None:
