@@ -181,8 +181,8 @@ _SAMPLERS = {
     "into moiré, near-vertical edges into steps, and soft shadows and blur into bands and copies. For all but "
     "comparison take Jittered": (
         "Die Mitten eines regelmäßigen Gitters, in jedem Pixel und Bild dieselben. Gleichmäßig und rauschfrei, aber "
-        "feine Details werden zu Moiré, fast senkrechte Kanten zu Stufen, weiche Schatten und Unschärfe zu Streifen und "
-        "Doppelbildern. Außer zum Vergleich besser „Verwackelt“"
+        "feine Details werden zu Moiré, fast senkrechte Kanten zu Stufen, weiche Schatten und Unschärfe zu Streifen "
+        "und Doppelbildern. Außer zum Vergleich besser „Verwackelt“"
     ),
     "Random": "Zufällig",
     "Independent random points. Never aliases, but clumps and gaps make it the noisiest of all. Take Multi-Jittered "
