@@ -221,6 +221,16 @@ def test_a_disk_without_room_leaves_the_picture_that_was_there(blends, tmp_path,
         assert picture.read_text() == "an older picture"
 
 
+def test_without_room_for_kernels_nothing_is_rendered_and_one_line_says_why(blends, tmp_path):
+    disk = tmp_path / "disk"
+    with small_disk(disk, megabytes=1):
+        environment = os.environ | {"ROOKS_CACHE_DIR": str(disk / "kernels"), "TMPDIR": str(disk)}
+        done = run(blends / "good.blend", "--output", tmp_path / "x.exr", env=environment)
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1)
+    assert "compiled kernels can be kept neither in" in done.stderr
+    assert os.listdir(tmp_path) == ["disk"]
+
+
 def test_no_output_is_a_wrong_command(blends):
     done = run(blends / "good.blend")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
