@@ -85,11 +85,16 @@ def _render_frame(scene, blend: Path, suffix: str, paths: list[Path], told: set[
 
     Warnings in `told` are not told again.
     """
+    # These load bpy.
+    from .camera import frame_resolution
+    from .settings import render_border
+
     with progress_bar(console) as on_progress:
         watch = Watch(lambda done, total: on_progress(done / total, blend.name + suffix), err=console.err)
         try:
+            render_border(scene.render, frame_resolution(scene.render))  # Blender would only say "Image too small"
             watched_render(watch, scene=scene.name)
-        except core.errors.SceneError as error:
+        except (core.errors.SceneError, core.errors.SettingsError) as error:
             raise core.errors.SceneError(f"{blend}{suffix}: {error}") from None
     if not watch.films:
         raise core.errors.SceneError(f"{blend}{suffix}: Blender rendered nothing")

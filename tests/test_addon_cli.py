@@ -153,7 +153,7 @@ def test_options_override_the_file(blends, tmp_path):
         ("good.blend", ["--border", "0", "1.5", "0", "1"], 2, "between 0 and 1, not 1.5"),
         ("good.blend", ["--border", "-0.5", "1", "0", "1"], 2, "between 0 and 1, not -0.5"),
         ("good.blend", ["--border", "0", "1", "0.7", "0.7"], 2, "BOTTOM less than TOP"),
-        ("good.blend", ["--border", "0.5", "0.501", "0", "1"], 1, "too small"),
+        ("good.blend", ["--border", "0.5", "0.501", "0", "1"], 1, "good.blend: the render region is empty"),
         ("good.blend", ["--view-layer", "Clay"], 1, '"Scene" has no view layer "Clay": choose "ViewLayer"'),
         ("good.blend", ["--camera", "Lamp"], 1, '"Scene" has no camera "Lamp": choose "Camera"'),
         ("good.blend", ["--scene", "Set"], 1, 'good.blend has no scene "Set": choose "Scene"'),
