@@ -35,7 +35,12 @@ def _parser() -> argparse.ArgumentParser:
     length = parser.add_mutually_exclusive_group()
     length.add_argument("--quick", action="store_true", help="leave out the cases that take more than seconds")
     length.add_argument("--slow", action="store_true", help="leave out the others, which are part of make test")
-    parser.add_argument("--output", type=Path, metavar="FOLDER", help="save stability.json and the pictures there")
+    parser.add_argument(
+        "--output",
+        type=Path,
+        metavar="FOLDER",
+        help="save stability.json and the pictures there, and compare what each sampler does, which takes longer",
+    )
     return parser
 
 
@@ -48,10 +53,10 @@ def _run(options: argparse.Namespace) -> int:
     for number, case in enumerate(cases, 1):
         with console.status(f"{number}/{len(cases)} {case.title}"):
             outcomes.append(run(case))
-            if not (case.samplers or outcomes[-1].record.samplers):
-                outcomes[-1].record.samplers.update(compare_samplers(case))
-        if options.output:
-            _save_pictures(outcomes[-1], options.output)
+            if options.output:
+                _save_pictures(outcomes[-1], options.output)
+                if not (case.samplers or outcomes[-1].record.samplers):
+                    outcomes[-1].record.samplers.update(compare_samplers(case))
     console.print(_table(outcomes))
     if options.output:
         with replacing(options.output / "stability.json") as path:
