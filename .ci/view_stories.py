@@ -13,7 +13,8 @@ from mathutils import Quaternion
 
 TURNED_SCENES = sorted(path.stem for path in window.SCENES.glob("*.blend"))
 SIDE = 512  # pixels, of the view that is turned
-TURN_FOR = 3.0  # seconds
+SMALL_SIDE = 320  # of the view before that: its pictures are soon complete
+TURN_FOR = 2.0  # seconds
 SAMPLES = 9  # few, and a count that every sampler can make
 COMINGS_BACK = 50
 RESTARTS = 1000
@@ -23,7 +24,7 @@ WARM_UPS = 5  # before the first count: by then all is there that is kept once a
 def chooses() -> Steps:
     """Choose the engine in Blender's own first scene, and the rendered view."""
     bpy.context.scene.render.engine = "ROOKS"
-    yield from window.size_view(SIDE)
+    yield from window.size_view(SMALL_SIDE)
     window.settings().preview_samples = SAMPLES
     window.show()
     start = time.monotonic()
@@ -130,7 +131,7 @@ def differ(one: np.ndarray, other: np.ndarray) -> bool:
 def looks() -> Steps:
     """Look through the camera, and at parts of the picture only."""
     scene = bpy.context.scene
-    scene.render.resolution_x = scene.render.resolution_y = SIDE
+    scene.render.resolution_x = scene.render.resolution_y = SMALL_SIDE
 
     def look_through_camera() -> None:
         window.space().region_3d.view_perspective = "CAMERA"

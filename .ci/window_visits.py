@@ -16,7 +16,7 @@ from PIL import Image
 SCRIPT = Path(__file__).with_name("window_script.py")
 GEOMETRY = "1600x1000x24"
 
-A_STORY_TAKES = 400.0  # seconds at most, with kernels to be compiled
+A_STORY_TAKES = 600.0  # seconds at most, with kernels to be compiled
 ENDS_WITHIN = 5.0  # seconds, after Blender was told to quit
 
 BAD_NEWS = re.compile(r"Traceback|\bError\b|Exception|crash\.txt|Segmentation fault", re.IGNORECASE)

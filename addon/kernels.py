@@ -143,9 +143,12 @@ def wait_for_kernels(on_progress: Callable[[float], None], should_cancel: Callab
     Where it fails, the render compiles them itself, and says what is wrong if that fails too.
     """
     start_compiling()
-    process = _process
+    process, told = _process, None
     while process is not None and process.poll() is None:
-        on_progress(core.kernel_cache.share_compiled())
+        # Blender draws, or in the background prints, all that it is told.
+        if (share := round(core.kernel_cache.share_compiled(), 2)) != told:
+            on_progress(share)
+            told = share
         if should_cancel():
             return False
         time.sleep(POLL)
