@@ -91,9 +91,9 @@ def start_compiling() -> None:
 
 
 def _remove_older_kernels() -> None:
-    """After an upgrade, take away the other version's, which nobody else uses."""
-    kept = core.kernel_cache.cache_folder()
-    if str(kept.parent) == _own_folder("kernels"):
+    """After an upgrade, take away the other version's. Should it still run somewhere, it compiles them once more."""
+    kept, own = core.kernel_cache.cache_folder(), _own_folder("kernels")
+    if own and kept.parent == Path(own):
         for folder in kept.parent.iterdir():
             if folder != kept:
                 shutil.rmtree(folder, ignore_errors=True)

@@ -124,7 +124,9 @@ def lost_normals(mesh: bpy.types.Mesh, exported: core.scene.Mesh) -> list[str]:
     count = int(lost[concerned][np.cross(b - a, c - a).any(axis=1)].sum())
     if count == 0:
         return []
-    text = rpt_("{count} of its normals are 0, NaN or infinite, and left out: clear its custom normals")
+    text = rpt_(
+        "{count} of its normals are 0, NaN or infinite, and left out: recalculate them, or clear its custom normals"
+    )
     return [_warning(mesh, text.format(count=count))]
 
 

@@ -60,7 +60,7 @@ class ROOKS_RENDER_PT_sampling(_RooksPanel, bpy.types.Panel):
         row = column.row()
         row.active = not rooks.use_separate_samplers
         row.prop(rooks, "sampler")
-        for line in sample_count_lines(rooks) or [sample_text(_sampling_settings(rooks))]:
+        for line in sample_count_lines(rooks) or [sample_text(_sampling_settings(rooks, rooks.samples))]:
             column.label(text=line, icon="INFO", translate=False)
         column.separator()
         row = column.row(align=True)
@@ -93,7 +93,7 @@ class ROOKS_RENDER_PT_pattern(_RooksPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         rooks = context.scene.rooks
-        settings = _sampling_settings(rooks)
+        settings = _sampling_settings(rooks, rooks.samples)
         used_for: dict[str, list[str]] = {}
         for domain, name in settings.samplers.items():
             used_for.setdefault(name, []).append(iface_(DOMAIN_LABELS[domain]))
@@ -396,19 +396,19 @@ CLASSES = (
 def sample_count_lines(rooks: bpy.types.PropertyGroup) -> list[str]:
     """What the user is told where other counts than those asked for are taken."""
     lines, names = [], set(sampling(rooks).values())
-    taken = _sampling_settings(rooks).sample_count
+    taken = _sampling_settings(rooks, rooks.samples).sample_count
     if taken != rooks.samples and len(names) > 1:
         lines.append(iface_("Together they take {count} samples").format(count=taken))
     elif taken != rooks.samples:
         lines.append(iface_("{sampler} takes {count} samples").format(sampler=sampler_label(names.pop()), count=taken))
-    in_viewport = core.settings.RenderSettings(samples=rooks.preview_samples, **sampling(rooks)).sample_count
+    in_viewport = _sampling_settings(rooks, rooks.preview_samples).sample_count
     if in_viewport != rooks.preview_samples:
         lines.append(iface_("In the viewport: {count} samples").format(count=in_viewport))
     return lines
 
 
-def _sampling_settings(rooks: bpy.types.PropertyGroup) -> core.settings.RenderSettings:
-    return core.settings.RenderSettings(samples=rooks.samples, **sampling(rooks))
+def _sampling_settings(rooks: bpy.types.PropertyGroup, samples: int) -> core.settings.RenderSettings:
+    return core.settings.RenderSettings(samples=samples, **sampling(rooks))
 
 
 def point_text(count: int, shown: int) -> str:

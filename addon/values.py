@@ -73,7 +73,7 @@ class ValueReader:
         if constant is not None:
             given = np.float32(constant[0])  # as Blender has it, which a limit may be rounded from
             nearest = min(max(given, np.float32(least)), np.float32(largest))
-            if nearest != given:
+            if nearest != given and not np.isnan(given):  # samples of what is no number are dropped, and counted
                 problem = rpt_("its {input} of {value:g} is taken for {nearest:g}")
                 name = find_input(source.node, identifier).name
                 self.losses.add_for(source.node, problem.format(input=name, value=given, nearest=nearest))

@@ -47,17 +47,27 @@ def choose_multilayer_format(settings: bpy.types.ImageFormatSettings) -> None:
 
 
 def animation_curves(block: bpy.types.ID) -> list[bpy.types.FCurve]:
-    """The curves and drivers that animate a data block's properties. From 4.4 on an action is one of layers."""
+    """The curves and drivers that animate a data block's properties, also those in NLA strips."""
     animation = block.animation_data
     if animation is None:
         return []
-    drivers, action = list(animation.drivers), animation.action
-    if action is None:
-        return drivers
-    if not hasattr(animation, "action_slot"):
-        return drivers + list(action.fcurves)
-    bags = (bag for layer in action.layers for strip in layer.strips for bag in strip.channelbags)
-    return drivers + [curve for bag in bags if bag.slot == animation.action_slot for curve in bag.fcurves]
+    curves = [*animation.drivers, *_curves_of_action(animation)]
+    strips = [strip for track in animation.nla_tracks for strip in track.strips]
+    while strips:
+        strip = strips.pop()
+        strips += strip.strips  # of a meta strip
+        curves += _curves_of_action(strip)
+    return curves
+
+
+def _curves_of_action(owner: bpy.types.AnimData | bpy.types.NlaStrip) -> list[bpy.types.FCurve]:
+    """From 4.4 on an action is one of layers, with a part for each of those that use it."""
+    if owner.action is None:
+        return []
+    if not hasattr(owner, "action_slot"):
+        return list(owner.action.fcurves)
+    bags = (bag for layer in owner.action.layers for strip in layer.strips for bag in strip.channelbags)
+    return [curve for bag in bags if bag.slot == owner.action_slot for curve in bag.fcurves]
 
 
 def path_options() -> set[str]:

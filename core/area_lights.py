@@ -3,8 +3,8 @@
 An ellipse is sampled by the directions to the parallelogram around it. From close before it those that miss it bring
 nothing. From elsewhere none has to: the point that a direction finds in the parallelogram is drawn into the ellipse by
 the map of a square to a disk (Shirley and Chiu 1997). With both points in one plane, the density in steradians changes
-by 4/π, the ratio of the areas, and by the cube of the ratio of the distances. From close before the ellipse this cube
-has no bound.
+by 4/π, the ratio of the areas, and by the cube of the ratio of the distances. From close by this cube has no bound, but
+beside a disk it is small all the same: points there are drawn away from the rim that is near.
 """
 
 from __future__ import annotations
@@ -19,8 +19,9 @@ from .solid_angle import Seen, see_parallelogram
 from .warps import FOUR, HALF, INV_PI, ONE, QUARTER, TWO, ZERO, disk_to_square
 
 #: Close before an ellipse is within 0.38 of the radius of a disk, its squared height in squared diagonals, and within
-#: 1.1 of the radius beside the middle, its square in squared axes.
-_LOW, _BESIDE = np.float32(0.018), np.float32(0.3)
+#: 1.2 of the radius beside the middle, its square in squared axes. That holds for what is at most a quarter longer than
+#: wide, by its area in squared diagonals; of long ellipses points are drawn past where they are seen from.
+_LOW, _BESIDE, _ROUND = np.float32(0.018), np.float32(0.36), np.float32(0.383)
 
 
 @device
@@ -45,7 +46,8 @@ def is_drawn_in(lights: LightArrays, light: int, x: float, y: float, z: float) -
     dx, dy, dz = x - o[light, 0], y - o[light, 1], z - o[light, 2]
     height = dx * n[light, 0] + dy * n[light, 1] + dz * n[light, 2]
     s, t = place_on(lights, light, dx, dy, dz)
-    return (height * height > _LOW * lights.near[light]) | (s * s + t * t > _BESIDE)
+    is_beside = (lights.area[light] > _ROUND * lights.near[light]) & (s * s + t * t > _BESIDE)
+    return (height * height > _LOW * lights.near[light]) | is_beside
 
 
 @device

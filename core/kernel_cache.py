@@ -51,10 +51,11 @@ def cache_folder() -> Path:
         temporary = Path(tempfile.mkdtemp(prefix="rooks-cache-")) / digest.hexdigest()
     except OSError:
         temporary = None
-    if temporary is not None:
+    if temporary is not None and _can_write(temporary):
         atexit.register(shutil.rmtree, temporary.parent, ignore_errors=True)
-        if _can_write(temporary):
-            return temporary
+        return temporary
+    if temporary is not None:
+        shutil.rmtree(temporary.parent, ignore_errors=True)
     raise RooksError(
         f"compiled kernels can be kept neither in {folder.parent} nor in a temporary folder: make {_ROOM >> 20} MB of "
         "room, or set ROOKS_CACHE_DIR to a folder that can be written"

@@ -16,7 +16,8 @@ MOST_ONE_BY_ONE = 8
 
 IS_RECTANGLE, IS_ELLIPSE, IS_POINT, IS_SPHERE, IS_FACING_DISK, IS_SUN = 0, 1, 2, 3, 4, 5
 
-#: How near is near: in squared diagonals of an area light, from its centre.
+#: How near is near: in squared diagonals of an area light, from its centre. (`area_lights` takes `near` for the squared
+#: diagonal.)
 NEAR = 1.0
 #: The same for spheres and disks that face each point, in squared radii: farther off, the surface's cosine is next to
 #: the same for all of their points.

@@ -362,7 +362,8 @@ def test_custom_normals_without_a_direction_are_told_where_they_are_seen():
         given.foreach_set("vector", np.array([broken, *[(0, 0, 1)] * 3], np.float32).ravel())
         obj.data.update()
         # One corner of the square, which two triangles share.
-        text = f"{count} of its normals are 0, NaN or infinite, and left out: clear its custom normals"
+        advice = "recalculate them, or clear its custom normals"
+        text = f"{count} of its normals are 0, NaN or infinite, and left out: {advice}"
         assert export()[1] == [f'mesh "Bent": {text}'] * (count > 0)
     given.foreach_set("vector", np.zeros(12, np.float32))
     obj.data.vertices.foreach_set("co", np.zeros(12, np.float32))  # no ray can hit what has no area

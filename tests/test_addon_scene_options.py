@@ -114,7 +114,16 @@ def test_the_filters_are_those_of_the_property():
     assert [name.upper() for name in FILTERS] == [item.identifier for item in items]
 
 
-def test_options_hold_on_every_frame_and_what_else_moves_goes_on():
+def push_down(animation: bpy.types.AnimData) -> None:
+    """Turn the action into a strip, as the NLA editor does."""
+    strip = animation.nla_tracks.new().strips.new("Keys", 1, animation.action)
+    if hasattr(strip, "action_slot"):  # from 4.4 on
+        strip.action_slot = animation.action_slot
+    animation.action = None
+
+
+@pytest.mark.parametrize("in_strip", [False, True])
+def test_options_hold_on_every_frame_and_what_else_moves_goes_on(in_strip):
     scene = empty_scene(8, 8)
     quad()
     lamp("SUN")
@@ -124,6 +133,8 @@ def test_options_hold_on_every_frame_and_what_else_moves_goes_on():
             scene.keyframe_insert(path, frame=frame)
     for path, expression in (("rooks.seed", "2 * frame"), ("rooks.diffuse_bounces", "frame")):
         scene.driver_add(path).driver.expression = expression
+    if in_strip:
+        push_down(scene.animation_data)
     set_scene(scene, parse("--samples 2 --no-transparent --seed 50"))
     settings = []
     for frame in (1, 3):

@@ -140,6 +140,9 @@ def area_light_at_the_surface(record: Record) -> None:
         spread = deviation(even_floor((aside,))) * irradiance([aside], samples=64, seeds=8).mean
         what = f"deviation below a corner, {shape} at 0.001 m, over the brightness of the lamp"
         record.claim(what, spread / brightness[shape], at_most=0.5)
+    # Points of the rectangle around a long ellipse must not be drawn in from here, on the way past the floor's point.
+    long = AreaLight((-0.78, -0.039, 0.02), (2.0, 0.0, 0.0), (0.0, 0.1, 0.0), (1.0, 1.0, 1.0), "ellipse")
+    record.claim("deviation beside an ellipse 20 times as long as wide", deviation(even_floor((long,))), at_most=2)
     for height in (0.1, 1e-4):
         found = irradiance([square_lamp(1.0, height)], samples=64, seeds=8)
         record.claim(f"relative error at {height:g} m", off(found, below_square(0.5, height) / math.pi), at_most=1e-4)
