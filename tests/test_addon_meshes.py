@@ -381,6 +381,7 @@ def test_attributes_that_are_no_numbers_are_told():
     text = '1 values of its attribute "Wear" are NaN or infinite, and taken for 0'
     assert export()[1] == [f'mesh "Quad": {text}']
     wear.data.foreach_set("value", [0.5] * 4)
+    obj.data.update()
     assert export()[1] == []
 
 
