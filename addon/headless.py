@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from pathlib import Path
 
 from ._core import core
 from .blend_files import check_blend, engine_registered, keep_first_layer, open_scene
 from .console import Console, progress_bar, quiet_blender
-from .outputs import DISPLAY_FORMATS, frame_path, plan_outputs
+from .outputs import DISPLAY_FORMATS, plan_outputs
 from .scene_options import set_property
 from .watch import Watch, watched_render
 
@@ -22,32 +23,33 @@ def render_files(options: argparse.Namespace) -> int:
     Raises:
         RooksError: a file, an output or a scene is not as it should be. Files before it are done.
     """
-    plans = {blend: plan_outputs(blend, options.output, len(options.files)) for blend in options.files}
+    frames = None if options.frames is None else range(options.frames[0], options.frames[1] + 1)
+    plans = {blend: plan_outputs(blend, options.output, len(options.files), frames) for blend in options.files}
     for blend in plans:
         check_blend(blend)
-    paths = [path for planned in plans.values() for path in planned]
-    for path in paths:
-        if paths.count(path) > 1:
+    times = Counter(path for plan in plans.values() for paths in plan.values() for path in paths)
+    for path, count in times.items():
+        if count > 1:
             raise core.errors.OutputError(f"two pictures would be saved as {path}: give one file another folder")
     with quiet_blender() as console, engine_registered():
-        for blend, paths in plans.items():
-            _render_file(blend, paths, options, console)
+        for blend, plan in plans.items():
+            _render_file(blend, plan, options, console)
     return 0
 
 
-def _render_file(blend: Path, paths: list[Path], options: argparse.Namespace, console: Console) -> None:
+def _render_file(
+    blend: Path, plan: dict[int | None, list[Path]], options: argparse.Namespace, console: Console
+) -> None:
     scene = open_scene(blend, options)
     _prepare(scene, options)
     told: set[str] = set()
     _warn(keep_first_layer(scene), told, console)
-    if options.frames is None:
-        _render_frame(scene, blend, "", paths, told, console)
-        return
-    first, last = options.frames
-    for frame in range(first, last + 1):
-        scene.frame_set(frame)
-        numbered = [frame_path(path, frame) for path in paths]
-        _render_frame(scene, blend, f", frame {frame}", numbered, told, console)
+    for frame, paths in plan.items():
+        suffix = ""
+        if frame is not None:
+            scene.frame_set(frame)
+            suffix = f", frame {frame}"
+        _render_frame(scene, blend, suffix, paths, told, console)
 
 
 def _prepare(scene, options: argparse.Namespace) -> None:

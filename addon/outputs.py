@@ -23,8 +23,12 @@ DISPLAY_FORMATS = {
 ENDINGS = (".exr", *DISPLAY_FORMATS)
 
 
-def plan_outputs(blend: Path, outputs: Sequence[str], file_count: int) -> list[Path]:
-    """The files that one .blend is saved to, after a look whether they can be written.
+def plan_outputs(
+    blend: Path, outputs: Sequence[str], file_count: int, frames: Sequence[int] | None
+) -> dict[int | None, list[Path]]:
+    """The files that each frame of one .blend is saved to, after a look whether they can be written.
+
+    Without a range of `frames` there is one, None: the file's own.
 
     Raises:
         OutputError: a path cannot be written, or names no known format.
@@ -32,11 +36,17 @@ def plan_outputs(blend: Path, outputs: Sequence[str], file_count: int) -> list[P
     paths = [path for output in outputs for path in _expand(blend, output, file_count)]
     for path in paths:
         _check_format(path)
-        core.files.check_writable(path)
-    return paths
+    if frames is None:
+        plan = {None: paths}
+    else:
+        plan = {frame: [_frame_path(path, frame) for path in paths] for frame in frames}
+    for planned in plan.values():
+        for path in planned:
+            core.files.check_writable(path)
+    return plan
 
 
-def frame_path(path: Path, frame: int) -> Path:
+def _frame_path(path: Path, frame: int) -> Path:
     """Where one frame of a range is saved: its number, of four digits and more, ends the name."""
     return path.with_stem(f"{path.stem}_{'-' if frame < 0 else ''}{abs(frame):04}")
 

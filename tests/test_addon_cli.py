@@ -251,6 +251,15 @@ def test_a_frame_that_cannot_be_rendered_is_named_and_those_before_it_are_there(
     assert 'panorama_from_2.blend, frame 2: the camera "Camera" is panoramic' in error
 
 
+def test_pictures_of_frames_are_planned_by_their_numbered_names(blends, tmp_path):
+    """What is in the way of the last is found before the first is rendered."""
+    (tmp_path / "x_0002.png").mkdir()
+    done = run(blends / "good.blend", "--output", tmp_path / "x.png", "--frames", 1, 2)
+    assert done.returncode == 1
+    assert "x_0002.png: it is a folder" in done.stderr
+    assert os.listdir(tmp_path) == ["x_0002.png"]
+
+
 def test_help_explains_every_option():
     text = run("--help").stdout
     samplers = ("sampler", "pixel_sampler", "lens_sampler", "light_sampler", "bsdf_sampler")
