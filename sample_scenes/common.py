@@ -450,6 +450,10 @@ def notch_cutter(scene):
         quads = [(4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7), (0, 3, 2, 1)]
         faces += [tuple(first + k for k in quad) for quad in quads]
     cutter = mesh(scene, "Rook's notches", vertices, faces, [])
-    cutter.hide_render = True
-    cutter.display_type = "WIRE"
+    hide(cutter)
     return cutter
+
+
+def hide(object_):
+    """Hide an object that others are made from, in renders and in the viewport: a cutter, a bead."""
+    object_.hide_render = object_.hide_viewport = True

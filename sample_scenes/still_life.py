@@ -119,7 +119,8 @@ def tray(scene, location, rotation):
     slate = common.diffuse("Slate", (0.07, 0.10, 0.13))
     base = common.box(scene, "Tray", (side + 0.02, side + 0.02, 0.016), [slate], location, rotation)
     hollow = common.box(scene, "Tray's hollow", (side + 0.008, side + 0.008, 0.02), [slate], (0, 0, 0.006))
-    hollow.parent, hollow.hide_render, hollow.display_type = base, True, "WIRE"
+    hollow.parent = base
+    common.hide(hollow)
     cut = base.modifiers.new("Hollow", "BOOLEAN")
     cut.operation, cut.solver, cut.object = "DIFFERENCE", "EXACT", hollow
     bevel = base.modifiers.new("Bevel", "BEVEL")
@@ -128,7 +129,8 @@ def tray(scene, location, rotation):
     pearl = common.diffuse("Pearl", (0.80, 0.84, 0.86))
     arc = np.linspace(0, np.pi, 33)
     bead = common.lathe(scene, "Bead", np.stack([np.sin(arc), -np.cos(arc)], axis=1) * 0.0055, pearl, steps=48)
-    bead.parent, bead.location, bead.hide_render = base, (0, 0, -0.05), True
+    bead.parent = base
+    common.hide(bead)
 
     beads = common.mesh(scene, "Beads", spots, [], [])
     beads.parent = base
