@@ -17,7 +17,7 @@ render: .venv/.complete ## render the sample scenes into out/, as .exr and .png
 	$(run) -m addon render sample_scenes/*.blend --output out/
 
 test: .venv/.complete ## run the tests
-	$(run) -m pytest -m "not slow"
+	$(run) -m pytest --numprocesses auto --maxprocesses 4 --dist worksteal -m "not slow"
 
 test-slow: .venv/.complete ## run the others: whole renders against Cycles, and what takes over 10 s
 	$(run) -m pytest -m slow

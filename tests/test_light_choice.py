@@ -104,7 +104,7 @@ def test_without_emitters_there_is_nothing_to_choose():
     assert len(tree.leaf) == 0
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(1, 70), st.integers(0, 10_000), st.booleans(), st.booleans())
 def test_what_brings_light_can_be_chosen(count, seed, two_sided, from_one_side):
     emitters = small_triangles(count, seed, two_sided)

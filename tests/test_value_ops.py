@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from core.value_ops import from_hsv, gray, map_range, math_op, mix, to_hsv
@@ -99,7 +99,6 @@ def test_every_operation_and_blend_has_a_definition_here():
 
 
 @pytest.mark.parametrize("operation", MATHS)
-@settings(deadline=None)  # the first call compiles
 @given(a=eighths, b=eighths, c=st.integers(0, 64).map(lambda i: i / 8))
 def test_math_is_its_definition(operation, a, b, c):
     expected = DEFINITIONS[operation](a, b, c)
@@ -107,7 +106,6 @@ def test_math_is_its_definition(operation, a, b, c):
 
 
 @pytest.mark.parametrize("operation", MATHS)
-@settings(deadline=None)  # the first call compiles
 @given(a=numbers, b=numbers, c=numbers)
 def test_no_operation_makes_a_nan_of_numbers(operation, a, b, c):
     assert not np.isnan(math_op(MATHS.index(operation), F(a), F(b), F(c)))
@@ -166,7 +164,6 @@ def blended(blend: str, t: float, a, b) -> np.ndarray:
 
 
 @pytest.mark.parametrize("blend", BLENDS)
-@settings(deadline=None)  # the first call compiles
 @given(t=shares, a=components, b=components)
 def test_a_blend_is_its_definition(blend, t, a, b):
     seen = mix(BLENDS.index(blend), F(t), *map(F, a), *map(F, b))
@@ -174,7 +171,6 @@ def test_a_blend_is_its_definition(blend, t, a, b):
 
 
 @pytest.mark.parametrize("blend", BLENDS)
-@settings(deadline=None)  # the first call compiles
 @given(a=components, b=components)
 def test_nothing_of_a_blend_is_the_first_color(blend, a, b):
     if blend in ("burn", "dodge"):  # which clamp to 1
@@ -182,7 +178,6 @@ def test_nothing_of_a_blend_is_the_first_color(blend, a, b):
     assert mix(BLENDS.index(blend), F(0), *map(F, a), *map(F, b)) == pytest.approx(a, rel=1e-5, abs=2e-6)
 
 
-@settings(deadline=None)  # the first call compiles
 @given(components)
 def test_a_color_is_that_of_its_hue_saturation_and_value(color):
     assert from_hsv(*to_hsv(*map(F, color))) == pytest.approx(color, rel=1e-5, abs=2e-6)
@@ -199,7 +194,6 @@ def test_white_is_as_bright_as_it_is():
 
 @pytest.mark.parametrize("clamp", [False, True])
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
-@settings(deadline=None)  # the first call compiles
 @given(numbers=st.tuples(*[eighths] * 5).filter(lambda n: n[1] != n[2]))
 def test_map_range_is_its_definition(interpolation, clamp, numbers):
     hits = naive_values.Hits({"uv": np.zeros((1, 3))}, {})
