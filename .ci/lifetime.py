@@ -19,7 +19,6 @@ DISABLE = f"""
 import addon_utils, bpy, sys, threading
 assert "{EXTENSION}" in bpy.context.preferences.addons, "the extension is not enabled"
 bpy.context.scene.render.engine = "ROOKS"
-threads = [thread.name for thread in threading.enumerate() if thread.name.startswith("rooks")]
 addon_utils.disable("{EXTENSION}", default_set=True)
 bpy.ops.wm.save_userpref()
 
@@ -30,7 +29,7 @@ left = [f"class {{name}}" for name in dir(bpy.types) if is_ours(getattr(bpy.type
 for name in dir(bpy.app.handlers):
     handlers = getattr(bpy.app.handlers, name)
     left += [f"handler {{name}}" for handler in handlers if is_ours(handler)] if isinstance(handlers, list) else []
-for owner in (bpy.types.Scene, bpy.types.ViewLayer, bpy.types.Object, bpy.types.WindowManager):
+for owner in (bpy.types.Scene, bpy.types.ViewLayer, bpy.types.Object, bpy.types.Material, bpy.types.WindowManager):
     left += [f"property {{owner.__name__}}.{{name}}" for name in owner.bl_rna.properties.keys() if "rooks" in name]
 for name in dir(bpy.types):
     menu = getattr(getattr(bpy.types, name), "draw", None)

@@ -62,7 +62,7 @@ def open_scene(blend: Path, options: argparse.Namespace):
 
     from .camera import no_camera_text
 
-    if Path(bpy.data.filepath) != blend.resolve():
+    if Path(bpy.data.filepath).resolve() != blend.resolve():
         try:
             bpy.ops.wm.open_mainfile(filepath=str(blend.resolve()), load_ui=False)
         except RuntimeError:

@@ -9,10 +9,13 @@ from .engine import ENGINE_ID
 #: Panels for "every engine" that show what Rooks does not do, by how their names begin.
 EXCLUDED_PANELS = (
     "DATA_PT_camera_stereoscopy",
+    "DATA_PT_lightprobe",
+    "DATA_PT_volume_render",
     "MATERIAL_PT_freestyle",
     "NODE_DATA_PT_light",
     "NODE_DATA_PT_spot",
     "OBJECT_PT_shading",  # light linking
+    "PARTICLE_PT_render_path",  # hair
     "RENDER_PT_freestyle",
     "RENDER_PT_gpencil",
     "RENDER_PT_grease_pencil",

@@ -77,7 +77,8 @@ def _add_render(commands: argparse._SubParsersAction, opened: Path | None) -> No
         required=True,
         metavar="PATH",
         help="where to save: .exr holds all passes, unclamped and linear, with the sampling in its header; .png, .jpg, "
-        ".tif, .webp, .bmp, .tga and .hdr are what Blender's render window shows; a folder gets NAME.exr and NAME.png. "
+        ".tif, .webp, .bmp, .tga and .hdr are what Blender's render window shows without compositing; a folder gets "
+        "NAME.exr and NAME.png. "
         "May be given several times",
     )
     names = list(core.samplers.SAMPLERS)

@@ -57,7 +57,7 @@ def _subscribe() -> None:
 def _get_ready() -> None:
     """Compile or load the kernels while the user is still at work on the scene that Rooks is to render."""
     if not bpy.app.background and any(scene.render.engine == ENGINE_ID for scene in bpy.data.scenes):
-        with contextlib.suppress(core.errors.RooksError):  # the render will say what is wrong
+        with contextlib.suppress(core.errors.RooksError, OSError):  # the render will say what is wrong
             kernels.start_compiling()
             kernels.start_loading()
 

@@ -96,7 +96,8 @@ class RooksSceneSettings(bpy.types.PropertyGroup):
 
     samples: IntProperty(
         name="Samples",
-        description="Samples per pixel. A sampler that cannot make this count takes the next one above that it can",
+        description="Samples per pixel. A sampler that cannot make this count takes the next one above that it can. "
+        "Textures finer than the pixels need more of them with any sampler",
         min=1,
         max=core.limits.MAX_SAMPLES,
         soft_max=4096,
@@ -171,7 +172,8 @@ class RooksSceneSettings(bpy.types.PropertyGroup):
     clamp_indirect: FloatProperty(
         name="Clamp Indirect",
         description="The most that a single sample of bounced light may add; what is above it is cut off. Fewer "
-        "fireflies, but a bias: the picture gets darker than it should be, whatever the number of samples. 0 is off",
+        "fireflies, but a bias: the picture gets darker than it should be, whatever the number of samples. A larger "
+        "lamp makes fewer without one. 0 is off",
         min=0.0,
         soft_max=100.0,
         default=0.0,

@@ -52,8 +52,10 @@ _STATUS = {
     "Samplers are being compared": "Sampler werden gerade verglichen",
 }
 _SETTINGS = {
-    "Samples per pixel. A sampler that cannot make this count takes the next one above that it can": (
-        "Abtastwerte pro Pixel. Ein Sampler, der diese Anzahl nicht bilden kann, nimmt die nächsthöhere, die er kann"
+    "Samples per pixel. A sampler that cannot make this count takes the next one above that it can. Textures finer "
+    "than the pixels need more of them with any sampler": (
+        "Abtastwerte pro Pixel. Ein Sampler, der diese Anzahl nicht bilden kann, nimmt die nächsthöhere, die er kann. "
+        "Texturen, die feiner als die Pixel sind, brauchen mit jedem Sampler mehr davon"
     ),
     "Viewport Samples": "Abtastwerte der Ansicht",
     "Samples per pixel in the rendered viewport, which takes them one after the other. At the same count as for "
@@ -95,10 +97,11 @@ _SETTINGS = {
     ),
     "Clamp Indirect": "Indirektes begrenzen",
     "The most that a single sample of bounced light may add; what is above it is cut off. Fewer fireflies, but a bias: "
-    "the picture gets darker than it should be, whatever the number of samples. 0 is off": (
+    "the picture gets darker than it should be, whatever the number of samples. A larger lamp makes fewer without one. "
+    "0 is off": (
         "Wie viel ein einzelner Abtastwert reflektierten Lichts höchstens beitragen darf; was darüber liegt, wird "
         "abgeschnitten. Weniger Glühpunkte, aber eine Verfälschung: das Bild wird dunkler, als es sein soll, bei jeder "
-        "Anzahl von Abtastwerten. 0 ist aus"
+        "Anzahl von Abtastwerten. Eine größere Lampe macht weniger ohne sie. 0 ist aus"
     ),
     "Pixel Filter": "Pixelfilter",
     "How the samples around a pixel add up to it": "Wie die Abtastwerte um ein Pixel sich zu ihm summieren",

@@ -183,7 +183,6 @@ class ROOKS_RENDER_PT_simplify_viewport(_RooksPanel, bpy.types.Panel):
         column.active = render.use_simplify
         column.prop(render, "simplify_subdivision", text="Max Subdivision")
         column.prop(render, "simplify_child_particles", text="Max Child Particles")
-        column.prop(render, "use_simplify_normals", text="Normals")
 
 
 class ROOKS_RENDER_PT_simplify_render(_RooksPanel, bpy.types.Panel):

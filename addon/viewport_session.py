@@ -93,7 +93,8 @@ class Session:
         self._prepared: core.preparation.Prepared | None = None
         self._shown: View | None = None
         self._seconds_per_pixel = 1.0  # unknown: start with the coarsest
-        self._pool = ThreadPoolExecutor(core.settings.available_cores(), "rooks-view")
+        self._pool: ThreadPoolExecutor | None = None
+        self._threads = 0  # of the pool
         self._thread = threading.Thread(target=self._run, name="rooks-viewport", daemon=True)
         self._thread.start()
 
@@ -216,7 +217,17 @@ class Session:
                 before.let_go()
         if before is None:
             self._prepared.load_kernels().result()
+        self._take_threads(settings.thread_count)
         return True
+
+    def _take_threads(self, count: int) -> None:
+        if count != self._threads:
+            self._let_threads_go()
+            self._pool, self._threads = ThreadPoolExecutor(count, "rooks-view"), count
+
+    def _let_threads_go(self) -> None:
+        if self._pool is not None:
+            self._pool.shutdown()
 
     def _wait_for_kernels(self) -> bool:
         def tell(share: float) -> None:
@@ -240,7 +251,7 @@ class Session:
         return True
 
     def _let_go(self) -> None:
-        self._pool.shutdown()
+        self._let_threads_go()
         if self._prepared is not None:
             self._prepared.let_go()
             self._prepared = None

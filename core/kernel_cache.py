@@ -12,6 +12,7 @@ import contextlib
 import functools
 import hashlib
 import os
+import platform
 import re
 import shutil
 import sys
@@ -89,9 +90,21 @@ def _sources() -> list[Path]:
 
 
 def _stamp(folder: Path) -> Path:
-    # What numba asks for, beside the contents: a reinstalled Rooks is compiled anew.
-    facts = [sys.implementation.cache_tag, *((str(source), source.stat().st_mtime_ns) for source in _sources())]
+    # What numba asks for, beside the contents: a reinstalled Rooks is compiled anew, and so it is for each processor.
+    sources = ((str(source), source.stat().st_mtime_ns) for source in _sources())
+    facts = [sys.implementation.cache_tag, _processor(), *sources]
     return folder / f"complete-{hashlib.blake2b(repr(facts).encode(), digest_size=8).hexdigest()}"
+
+
+@functools.cache
+def _processor() -> str:
+    """What tells one kind of processor from another. numba asks LLVM, which takes too long to load."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+    except OSError:  # not Linux
+        return platform.processor()
+    kinds = ("model name", "flags", "Features", "CPU implementer", "CPU part")
+    return "\n".join(sorted({line for line in lines if line.startswith(kinds)}))
 
 
 def _is_filled(folder: Path) -> bool:

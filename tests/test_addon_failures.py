@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import errno
 import io
+import sys
+from types import SimpleNamespace
 
 import pytest
 
 pytest.importorskip("bpy")
 
+from addon.engine import RooksRenderEngine
 from addon.failures import failure_text
 from core import SceneError
 
@@ -43,3 +46,12 @@ def test_a_bug_leaves_its_traceback():
         _ = 1 / 0
     assert failure_text(caught.value, err) == "internal error: ZeroDivisionError: division by zero"
     assert "Traceback" in err.getvalue()
+
+
+def test_a_view_that_cannot_be_rendered_says_why(monkeypatch):
+    monkeypatch.setitem(sys.modules, "addon.viewport", None)  # as where something that it needs is missing
+    told = []
+    engine = SimpleNamespace(_viewport=None, _failure="", update_stats=lambda _, text: told.append(text))
+    RooksRenderEngine.view_update(engine, None, None)
+    RooksRenderEngine.view_draw(engine, None, None)
+    assert "install the zip again" in told[0]

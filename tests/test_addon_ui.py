@@ -111,7 +111,8 @@ def shown_panels() -> set[str]:
 def test_blenders_panels_that_apply_are_there_and_those_that_do_nothing_are_not():
     shown = shown_panels()
     assert {"DATA_PT_EEVEE_light", "DATA_PT_spot", "DATA_PT_camera_dof"} <= shown
-    assert not {"DATA_PT_light", "OBJECT_PT_shading"} & shown
+    assert not {"DATA_PT_light", "DATA_PT_volume_render", "OBJECT_PT_shading", "PARTICLE_PT_render_path"} & shown
+    assert not {"DATA_PT_lightprobe", "DATA_PT_lightprobe_display"} & shown
     assert "RENDER_PT_simplify" not in shown, "it is registered before Sampling, and would stand above it"
     for word in ("freestyle", "gpencil", "grease", "stereo", "hydra"):
         assert not {name for name in shown if word in name.lower()}

@@ -102,6 +102,20 @@ def test_another_view_and_another_scene_are_shown_next(watched):
     watched.wait(lambda: watched.pictures[-1].pixels.shape == (30, 40, 4))
 
 
+def test_it_takes_as_many_threads_as_it_is_given(watched):
+    def workers() -> int:
+        return sum(thread.name.startswith("rooks-view_") for thread in threading.enumerate())
+
+    watched.session.show_view(view_of(grey(0).camera))
+    for count, albedo in ((1, 0.25), (3, 0.5), (1, 0.75)):
+        watched.session.show_scene(grey(albedo), replace(SETTINGS, threads=count))
+        watched.wait(
+            lambda albedo=albedo: watched.pictures and np.allclose(watched.pictures[-1].pixels[..., 0], albedo)
+        )
+        watched.wait_for_the_last_picture()
+        assert workers() == count
+
+
 def test_a_part_of_the_view_stays_where_it_is(watched):
     camera = grey(0).camera
     watched.session.show_scene(grey(0.5), SETTINGS)

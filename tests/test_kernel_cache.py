@@ -69,6 +69,13 @@ def test_sources_that_were_copied_again_are_compiled_again(copy):
     assert ask(copy)[1] == "False"
 
 
+def test_another_processor_has_kernels_of_its_own(copy):
+    ask(copy, "from core import kernel_cache; kernel_cache.note_compiled()")
+    elsewhere = "from core import kernel_cache; kernel_cache._processor = lambda: 'another'"
+    assert ask(copy, f"{elsewhere}; print(kernel_cache.are_compiled())") == ["False"]
+    assert ask(copy)[1] == "True"
+
+
 def test_asking_does_not_load_the_compiler(copy):
     assert ask(copy, f"{ASK}; import sys; print('numba' in sys.modules)")[-1] == "False"
 
