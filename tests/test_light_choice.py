@@ -144,7 +144,9 @@ def lamps_of_a_hall(count: int) -> Emitters:
     return lamps._replace(low=center - 1e-3, high=center + 1e-3, axis=np.tile((0, 0, -1.0), (count, 1)))
 
 
-@pytest.mark.parametrize(("count", "gain"), [(10, 1.1), (100, 3), (1000, 6), (100_000, 6)])
+@pytest.mark.parametrize(
+    ("count", "gain"), [(10, 1.1), (100, 3), (1000, 6), pytest.param(100_000, 6, marks=pytest.mark.slow)]
+)
 def test_the_tree_errs_less_than_a_choice_by_power_or_by_chance(count, gain):
     """By how much: `pytest -s` prints it. Medians over points on the floor."""
     emitters = lamps_of_a_hall(count)

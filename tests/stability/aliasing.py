@@ -26,7 +26,6 @@ from .counts import ALIKE, CHANCE, largest_by_chance
     "turns it into noise (Cook 1986).",
     rooks="Shows what the sampler sees. The default, multi-jittered, makes noise of it.",
     instead="Any sampler but Regular and Hammersley; more samples push their waves towards the horizon",
-    is_slow=True,
 )
 def checks_to_the_horizon(record: Record) -> None:
     """The share of the error's energy in each row's strongest frequency, with 4 samples per pixel."""
@@ -162,7 +161,6 @@ def hammersley_shift(record: Record) -> None:
     "in common, no arrangement of points helps, and the error falls with 1/√n.",
     rooks="Is unbiased: the pixel's mean is that of its texels.",
     instead="An image scaled down to a few texels per pixel",
-    is_slow=True,
 )
 def far_texture(record: Record) -> None:
     """Black and white texels at random, 32 × 32 in each pixel: the error is that of independent samples, always."""

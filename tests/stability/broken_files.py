@@ -16,6 +16,7 @@ ROOT = Path(__file__).parents[2]
 #: What `make stability` has the time for.
 FILES = 300
 QUICK_FILES = 6
+PATIENCE = 60  # seconds for a file, on a busy machine too
 PROCESSES = 2
 _WORDS = {
     "happens": "A file that a disk or a network has damaged crashes Blender.",
@@ -45,11 +46,13 @@ def _try_files(record: Record, count: int) -> None:
             print(unclear.read_text(), file=sys.stderr)
     fates = sum((worker.fates for worker in workers), Counter())
     record.claim("files", fates.total(), at_least=count, at_most=count)
-    record.claim("pictures", fates["picture"])
+    record.claim("pictures", fates["picture"], at_least=count / 5)
     record.claim("clear errors", fates["error"])
     record.claim("crashes of Blender's while it opens one", fates["Blender crashed opening it"])
     record.claim("crashes of Blender's while it gives out or evaluates data", fates["Blender crashed giving it out"])
     record.claim("crashes of Rooks' own", fates["Rooks crashed"], at_most=0)
+    record.claim(f"files that took more than {PATIENCE} s", fates["took too long"], at_most=0)
+    record.claim("files that the process ended of without a trace", fates["ended without a trace"], at_most=0)
     record.claim("errors that are not one clear line", fates["unclear error"], at_most=0)
 
 
@@ -96,11 +99,15 @@ def _whose_crash(trace: str) -> str:
 
     Below a frame of the add-on only Blender's own code can crash, which is asked for its data there.
     """
+    if trace.startswith("Timeout"):
+        return "took too long"
     threads = re.findall(
         r"^(Current thread|Thread) (.*?)(?=^Thread|^Current|^\s*$|\Z)", trace, re.DOTALL | re.MULTILINE
     )
     crashed = [text for kind, text in threads if kind == "Current thread"] or [text for _, text in threads]
     files = [Path(file) for file in re.findall(r'File "(.*?)", line', crashed[-1] if crashed else "")]
+    if not files:
+        return "ended without a trace"
     inner = next((file for file in files if file.is_relative_to(ROOT)), ROOT)
     if inner.is_relative_to(ROOT / "core"):
         return "Rooks crashed"

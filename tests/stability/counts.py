@@ -46,7 +46,8 @@ SMOOTH_MEAN = (math.e - 1) * (1 - math.cos(3)) / 3
     "1, 2, primes, and counts that are no squares",
     happens="Points are missing, pile up in a corner, or lie outside of the square; some counts give another mean.",
     why="Textbook code fills a ⌊√n⌋ × ⌊√n⌋ grid and leaves the rest of the n points at (0, 0), or reads past its set.",
-    rooks="Makes exactly n points, or says which count above n it makes; every place is equally likely.",
+    rooks="Makes exactly n points, or says which count above n it makes; every place is equally likely in each sampler "
+    "but Regular and Hammersley, which have no chance in them.",
 )
 def odd_counts(record: Record) -> None:
     """The mean over 2,000 sets is the integral, where sets differ; where they do not, all n points are there."""
@@ -74,7 +75,6 @@ def odd_counts(record: Record) -> None:
     why="float32 has 24 digits: (j + u)/n rounds up. 2²⁰ points are 8 MB, for each set of each dimension.",
     rooks="Keeps each point inside of its stratum; counts in 64 bits; makes large tables a part at a time, and refuses "
     "those above 2 GB in one line.",
-    is_slow=True,
 )
 def huge_counts(record: Record) -> None:
     """In each axis one point per stratum of 1/n, where a sampler promises that, and all inside of the square."""

@@ -39,7 +39,6 @@ UNIT = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], np.float64)
     why="A coordinate times 16384 leaves 10 of float32's 24 bits to say where in a pixel it lies.",
     rooks="Finds each of 268 million pixels, and keeps a single image once (3 bytes a pixel as bytes, 12 as floats).",
     samplers="Regular, whose one sample is in the middle of the pixel, so that it is known what has to be found there.",
-    is_slow=True,
 )
 def images_of_any_size(record: Record) -> None:
     for extension in ("repeat", "mirror", "extend"):

@@ -80,7 +80,8 @@ ROUNDING = 1e-5
     "A scene of every size",
     happens="A thing modelled in tenths of a millimetre, or in kilometres, is black, speckled, or without shadows.",
     why="Fixed offsets and thresholds in metres are right for one size; squares and cubes of lengths leave float32.",
-    rooks="Has none: steps are shares of coordinates. Scaled by powers of two, the picture is the same to the bit.",
+    rooks="Has none: steps are shares of coordinates. Scaled by powers of two, the picture is the same to the bit, but "
+    "for the last digit of a pixel among the samplers' pictures.",
 )
 def scene_of_every_size(record: Record) -> None:
     reference = still_life()

@@ -17,11 +17,12 @@ import numpy as np
 
 from addon.cli import main
 
+from .broken_files import PATIENCE
+
 ROOT = Path(__file__).parents[2]
 BLENDS = sorted((ROOT / "sample_scenes").glob("*.blend"))
 #: Every fourth file is tampered with as it is, compressed: nearly all of those Blender refuses by their checksum.
 COMPRESSED_EVERY = 4
-PATIENCE = 60  # seconds for a file, on a busy machine too
 MEMORY = 12 << 30  # a count that has become huge is refused, instead of filling the machine
 
 
