@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import json
 import math
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -538,3 +538,20 @@ def test_a_subject_leaves_its_own_domain_to_chance(name, domain):
         differences[other] = float(np.sqrt(np.mean(change**2)))
     assert differences.pop(domain) > 0.1
     assert max(differences.values()) < 0.01
+
+
+@pytest.mark.parametrize("reach", [1.0, 1.3, 1.8, 2.5, 4.9, 5.1, 30.0, 1e4])
+def test_times_are_written_beside_each_other(reach):
+    """However near to each other they are: one or more of them, and no two that touch."""
+    errors = np.array([0.2, 0.1])
+    measured = {"random": Curve("random", np.array([4, 16]), *[errors] * 4, 0.2 * np.array([1.0, reach]))}
+    with style.drawing():
+        figure = style.figure(12, 6)
+        chart_drawing.draw_errors(figure, measured, [])
+        figure.draw_without_rendering()
+        axis = figure.axes[1].xaxis
+        low, high = axis.get_view_interval()
+        shown = [tick.label1 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
+        boxes = sorted((label.get_window_extent() for label in shown), key=lambda box: box.x0)
+    assert boxes
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))

@@ -166,7 +166,12 @@ def _round_counts(ax: Axes, measured: dict[str, Curve]) -> None:
 
 def _round_seconds(ax: Axes, measured: dict[str, Curve]) -> None:
     seconds = np.concatenate([curve.seconds for curve in measured.values()])
-    ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if seconds.max() < 100 * seconds.min() else (1,)))
+    if seconds.max() < 100 * seconds.min():  # two powers of ten are too few, and 1, 2 and 5 times them may be too many
+        ticks = {float(f"{tick:.2g}") for tick in np.geomspace(seconds.min(), seconds.max(), 3)}
+        ax.xaxis.set_major_locator(FixedLocator(sorted(ticks)))
+    else:
+        ax.xaxis.set_major_locator(LogLocator())
+    ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_major_formatter(EngFormatter("s"))
     ax.xaxis.set_minor_formatter(NullFormatter())
 
