@@ -31,6 +31,8 @@ _TileResult = tuple[dict[str, np.ndarray], int, int]
 
 #: How often the calling thread looks whether it should stop, in seconds.
 POLL = 0.02
+#: Within how many seconds a thread runs that the system has been asked for, on a busy machine too.
+STARTS_WITHIN = 1.0
 
 
 @dataclass(frozen=True)
@@ -138,9 +140,10 @@ def _render_tiles(
 
     count = min(prepared.settings.thread_count, len(tiles))
     threads = [threading.Thread(target=work, name=f"rooks_{number}") for number in range(count)]
-    delivered = 0
+    delivered = begun = 0
     try:
         for thread in threads:
+            begun += 1
             thread.start()
         while delivered < len(tiles):
             outcome = _next(done)
@@ -159,9 +162,20 @@ def _render_tiles(
     finally:
         # Also where on_tile raises, or Ctrl-C arrives: the threads end within a batch.
         stop[0] = 1
-        for thread in threads:
-            if thread.ident is not None:
-                thread.join()
+        for thread in threads[:begun]:
+            _join(thread)
+
+
+def _join(thread: threading.Thread) -> None:
+    """Wait for a thread's end. Where Ctrl-C came while it was being started, first to see whether it was."""
+    until = time.monotonic() + STARTS_WITHIN
+    while time.monotonic() < until:
+        try:
+            thread.join()
+        except RuntimeError:  # not yet, or never
+            time.sleep(POLL)
+        else:
+            return
 
 
 def _next(queue: SimpleQueue) -> object | None:

@@ -11,6 +11,7 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -518,6 +519,26 @@ for number in range(20):
 def test_an_interrupt_at_any_moment_ends_all_threads():
     """Futures that the signal left locked made a worker, and the render, wait for ever: at every tenth or so."""
     result = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED], cwd=Path(__file__).parents[1], capture_output=True, text=True, timeout=120
+        [sys.executable, "-c", INTERRUPTED], cwd=Path(__file__).parents[1], capture_output=True, text=True, timeout=600
     )
     assert (result.returncode, result.stderr) == (0, "")
+
+
+def test_an_interrupt_while_threads_start_waits_for_them(monkeypatch):
+    """On a busy machine a thread begins to run after the signal has ended the wait for that."""
+    made = []
+
+    class Late(threading.Thread):
+        def __init__(self, **options) -> None:
+            super().__init__(**options)
+            made.append(self)
+
+        def start(self) -> None:
+            threading.Timer(0.05, super().start).start()
+            raise KeyboardInterrupt
+
+    scene = still_life((32, 24))
+    monkeypatch.setattr(rendering, "threading", SimpleNamespace(Thread=Late))
+    with pytest.raises(KeyboardInterrupt):
+        render(scene, RenderSettings(samples=1, threads=2, tile_size=16))
+    assert [thread.ident is not None and not thread.is_alive() for thread in made] == [True, False]
