@@ -78,8 +78,7 @@ def _add_render(commands: argparse._SubParsersAction, opened: Path | None) -> No
         metavar="PATH",
         help="where to save: .exr holds all passes, unclamped and linear, with the sampling in its header; .png, .jpg, "
         ".tif, .webp, .bmp, .tga and .hdr are what Blender's render window shows without compositing; a folder gets "
-        "NAME.exr and NAME.png. "
-        "May be given several times",
+        "NAME.exr and NAME.png. May be given several times",
     )
     names = list(core.samplers.SAMPLERS)
     parser.add_argument("--sampler", type=kinds.sampler, metavar="NAME", help=f"the sampler: {', '.join(names)}")
